@@ -1,0 +1,88 @@
+# Klingel: one entry to everything. `make` alone prints the targets.
+CC      ?= gcc
+ifeq ($(origin CC),default)
+CC      := gcc
+endif
+OPT     ?= -O2
+BUILD   ?= build
+PYTHON  ?= /usr/bin/python3
+REAL    ?=
+
+WARN     = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wvla -Werror
+# Strict arithmetic: the same bits from every compiler and level. -fno-math-errno only lets sqrt be one instruction.
+STRICT   = -std=c11 -ffp-contract=off -fno-fast-math -fno-math-errno
+COREFLAGS = $(STRICT) $(OPT) -g $(WARN) -ffreestanding $(REAL) -Icore
+PORTFLAGS = $(STRICT) $(OPT) -g $(WARN) -ffreestanding $(REAL) -Icore -Iport
+HOSTFLAGS = $(STRICT) $(OPT) -g $(WARN) $(REAL) -D_GNU_SOURCE -Icore -Iport -Ihal_linux -Itools/klingel
+TESTFLAGS = $(HOSTFLAGS) -Itests
+CLI_LIBS  = -lcyaml -lyaml -llapacke -lm -lpthread
+
+CORE_SRC := $(wildcard core/*.c)
+PORT_SRC := $(wildcard port/*.c)
+HAL_SRC  := $(wildcard hal_linux/*.c)
+CLI_SRC  := $(wildcard tools/klingel/*.c)
+CORE_OBJ := $(CORE_SRC:%.c=$(BUILD)/%.o)
+PORT_OBJ := $(PORT_SRC:%.c=$(BUILD)/%.o)
+HAL_OBJ  := $(HAL_SRC:%.c=$(BUILD)/%.o)
+CLI_OBJ  := $(CLI_SRC:%.c=$(BUILD)/%.o)
+# everything of the command but its main(), for tests
+CLI_TESTABLE := $(filter-out $(BUILD)/tools/klingel/main.o,$(CLI_OBJ))
+TEST_SRC := $(wildcard tests/core/test_*.c tests/port/test_*.c tests/hal_linux/test_*.c tests/tools/test_*.c)
+TEST_BIN := $(TEST_SRC:%.c=$(BUILD)/%)
+LIBS      = $(BUILD)/libklingel_linux.a $(BUILD)/libklingel_port.a $(BUILD)/libklingel_core.a
+
+.PHONY: help deps all lib check test demo format clean
+help:
+	@echo 'make demo    build, run the two-axle wagon on a CAN bus for 30 s, show its states, draw a picture'
+	@echo 'make test    everything that is tested (what CI runs)'
+	@echo 'make check   the fast tests, below 2 minutes'
+	@echo 'make all     build the libraries and build/klingel'
+	@echo 'make lib     build the libraries alone (no dependency at all)'
+	@echo 'make deps    install the Debian packages that building and testing need'
+	@echo 'make format  let clang-format put the sources in order'
+	@echo 'make clean   remove build/'
+
+deps:
+	@sh tools/deps.sh
+
+all: lib $(BUILD)/klingel
+lib: $(LIBS)
+
+$(BUILD)/libklingel_core.a: $(CORE_OBJ)
+$(BUILD)/libklingel_port.a: $(PORT_OBJ)
+$(BUILD)/libklingel_linux.a: $(HAL_OBJ)
+%.a:
+	@mkdir -p $(@D)
+	@rm -f $@
+	ar rcsD $@ $^
+
+$(BUILD)/core/%.o: core/%.c
+	@mkdir -p $(@D)
+	$(CC) $(COREFLAGS) -MMD -MP -c $< -o $@
+$(BUILD)/port/%.o: port/%.c
+	@mkdir -p $(@D)
+	$(CC) $(PORTFLAGS) -MMD -MP -c $< -o $@
+$(BUILD)/hal_linux/%.o: hal_linux/%.c
+	@mkdir -p $(@D)
+	$(CC) $(HOSTFLAGS) -MMD -MP -c $< -o $@
+$(BUILD)/tools/%.o: tools/%.c
+	@mkdir -p $(@D)
+	$(CC) $(HOSTFLAGS) -MMD -MP -c $< -o $@
+
+$(BUILD)/klingel: $(CLI_OBJ) $(LIBS)
+	$(CC) $(OPT) -g -o $@ $(CLI_OBJ) $(LIBS) $(CLI_LIBS)
+
+# tests/<room>/test_x.c is one cmocka program; tests/tools ones also see the command's objects
+$(BUILD)/tests/tools/%: tests/tools/%.c $(CLI_TESTABLE) $(LIBS)
+	@mkdir -p $(@D)
+	$(CC) $(TESTFLAGS) -MMD -MP -o $@ $< $(CLI_TESTABLE) $(LIBS) -lcmocka $(CLI_LIBS)
+$(BUILD)/tests/%: tests/%.c $(LIBS)
+	@mkdir -p $(@D)
+	$(CC) $(TESTFLAGS) -MMD -MP -o $@ $< $(LIBS) -lcmocka -lm -lpthread
+
+format:
+	clang-format -i $$(git ls-files '*.c' '*.h')
+clean:
+	rm -rf $(BUILD)
+
+-include $(shell find $(BUILD) -name '*.d' 2>/dev/null)

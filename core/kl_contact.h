@@ -1,0 +1,94 @@
+/*
+ * kl_contact.h - the contact patch: Hertz, Kalker's coefficients, and the creep-force laws.
+ *
+ * Signs: force ON the wheel; creepage = velocity of the wheel relative to the rail over V. Axis 1
+ * is forward, axis 2 lateral in the contact plane (to the right), axis 3 the normal into the rail.
+ */
+#ifndef KL_CONTACT_H
+#define KL_CONTACT_H
+
+#include "kl_base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum kl_creep_law {
+    KL_CREEP_LINEAR = 0, /* Kalker's linear law, no limit */
+    KL_CREEP_SHE = 1     /* Vermeulen-Johnson saturation, Shen-Hedrick-Elkins reduction */
+};
+
+/* The law of a wheelset's contacts. If f11_N > 0 the four coefficients are constants and replace
+ * Hertz and Kalker. */
+struct kl_creep_def {
+    enum kl_creep_law law;
+    kl_real friction; /* mu, 0..2; SHE only */
+    kl_real f11_N;
+    kl_real f22_N;
+    kl_real f23_Nm;
+    kl_real f33_Nm2;
+};
+
+/* A Hertzian ellipse at unit load. */
+struct kl_ellipse {
+    kl_real semi_a_1; /* along the rolling direction, m at 1 N */
+    kl_real semi_b_1; /* across */
+};
+
+/* Kalker's coefficients for one ratio of the axes. */
+struct kl_kalker {
+    kl_real c11;
+    kl_real c22;
+    kl_real c23;
+    kl_real c33;
+};
+
+struct kl_creepage {
+    kl_real gamma1;     /* longitudinal, - */
+    kl_real gamma2;     /* lateral, - */
+    kl_real omega3_1_m; /* spin */
+};
+
+struct kl_creep_force {
+    kl_real t1_N;
+    kl_real t2_N;
+    kl_real m3_Nm;
+    kl_real reduction; /* |T| / |T linear|, 0..1: the secant by which the linear law is reduced */
+};
+
+/*
+ * The ellipse of two bodies of equal material for A (half the relative curvature along the rolling
+ * direction) and B (half across), both > 0; a and b grow with N^(1/3). The ratio is limited to
+ * KL_HERTZ_MIN_RATIO..1/KL_HERTZ_MIN_RATIO, the range of Kalker's table, by raising the smaller of
+ * A and B. Bound: 60 halvings. Source: Hertz; complete elliptic integrals by the
+ * arithmetic-geometric mean.
+ */
+#define KL_HERTZ_MIN_RATIO 0.1
+struct kl_ellipse kl_hertz(kl_real a_1_m, kl_real b_1_m, kl_real shear_modulus_Pa, kl_real poisson);
+
+/*
+ * Kalker's creep coefficients at a/b (limited to 0.1..10) and nu (limited to 0..0.5), linear
+ * between the table's ratios (in the smaller-over-larger axis) and quadratic in nu. Source: Kalker
+ * 1990, table E.3; C33 is tabulated at nu = 0.25 only.
+ */
+struct kl_kalker kl_kalker_coefficients(kl_real a_over_b, kl_real poisson);
+
+/*
+ * The creep force under one law. f11..f33 are for the actual normal force; N >= 0. With N = 0 every
+ * force is 0 under SHE. |T| <= mu N under SHE. Bound: constant, no iteration. Source: Shen,
+ * Hedrick, Elkins 1983.
+ */
+struct kl_creep_coefficients {
+    kl_real f11_N;
+    kl_real f22_N;
+    kl_real f23_Nm;
+    kl_real f33_Nm2;
+};
+struct kl_creep_force kl_creep(enum kl_creep_law law, const struct kl_creep_coefficients *f,
+                               kl_real friction, kl_real normal_N,
+                               const struct kl_creepage *creepage);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

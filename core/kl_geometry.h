@@ -1,0 +1,171 @@
+/*
+ * kl_geometry.h - wheel-rail geometry: two profiles in, one uniform lookup table out.
+ *
+ * For each side s (+1 right, -1 left) the wheelset's displacement relative to the rails is seen
+ * from that side: w = s (u_y - y_0) is the displacement OUTBOARD (towards that side's rail, flange
+ * closing), phi_s = s phi. The tangency equations (Wickens 2.3, eq. 2-11) are then the same on both
+ * sides: w - r0 phi_s - eta_w + eta_r = 0 u_z + l phi_s + zeta_w(eta_w) - zeta_r(eta_r) = 0 phi_s -
+ * delta_w + delta_r = 0 with one u_z and one phi for the two sides. They are solved by
+ * Newton-Raphson, started from a search over the whole profile for the contact that touches first,
+ * so that the bodies never penetrate and jumps are found.
+ *
+ * A side's table holds, against w, its ride height H = u_z + l phi_s. The wheelset's posture
+ * follows from the two sides without any loss: phi = (H_right - H_left) / (2 l),   u_z = (H_right +
+ * H_left) / 2. So a mirror-symmetric pair gives mirrored numbers to the last bit, gauge and
+ * cross-level variations act on each side for themselves, and different wheels on the two sides
+ * need no special case.
+ */
+#ifndef KL_GEOMETRY_H
+#define KL_GEOMETRY_H
+
+#include "kl_profile.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define KL_TABLE_MAX_HALF 2000 /* most table steps from the centre to either end */
+#define KL_MAX_JUMPS 16        /* jumps kept per side; more are counted */
+
+/* Elastic constants of wheel and rail (equal materials). */
+struct kl_material {
+    kl_real shear_modulus_Pa; /* G > 0; steel 82e9 */
+    kl_real poisson;          /* nu, 0..0.5; steel 0.28 */
+};
+
+enum kl_pair_kind {
+    KL_PAIR_PROFILES = 0, /* from profiles, as above */
+    KL_PAIR_LINEAR = 1 /* r = r0 + conicity w exactly, level contact: the classic linear wheelset */
+};
+
+/* One wheel, and where it sits on the axle. */
+struct kl_wheel_def {
+    struct kl_profile_def profile;
+    kl_real radius_m;       /* rolling radius at eta = 0, > 0 */
+    kl_real half_spacing_m; /* distance of eta = 0 from the middle of the axle, > 0 */
+};
+
+/* One rail, and where it sits on the sleeper: either directly or by gauge. */
+struct kl_rail_def {
+    struct kl_profile_def profile;
+    kl_real cant_rad; /* inclination towards the middle of the track; 1:40 is 0.02499 */
+    kl_real
+        half_spacing_m;    /* distance of eta = 0 from the middle of the track; 0: from the gauge */
+    kl_real gauge_m;       /* distance between the gauge faces; used where half_spacing_m is 0 */
+    kl_real gauge_depth_m; /* depth below the rail top at which the gauge is measured; 0.014 */
+};
+
+struct kl_pair_def {
+    enum kl_pair_kind kind;
+    struct kl_wheel_def wheel[KL_SIDES]; /* PROFILES */
+    struct kl_rail_def rail[KL_SIDES];   /* PROFILES */
+    kl_real radius_m;                    /* LINEAR: r0 > 0 */
+    kl_real half_base_m;   /* LINEAR: l > 0, half the distance between the contact points */
+    kl_real conicity;      /* LINEAR: lambda = dr/du_y */
+    kl_real curvature_1_m; /* LINEAR: relative transverse curvature 1/R_r - 1/R_w > 0, for Hertz */
+    struct kl_material material;
+    kl_real step_m;  /* table step, 1e-5..1e-3; 1e-4 is usual */
+    kl_real range_m; /* table covers |w| <= range, step * 4 .. step * KL_TABLE_MAX_HALF */
+};
+
+/* One row of a side's table, at one w. Forces of contact coefficients are per N^(2/3), N, N^(4/3)
+ * of the normal load in newton: f11 = f11_1 N^(2/3), f22 likewise, f23 = f23_1 N, f33 = f33_1
+ * N^(4/3). */
+struct kl_row {
+    kl_real height_m;  /* H, positive down */
+    kl_real height_w;  /* dH/dw */
+    kl_real arm_m;     /* lateral distance of the contact point from the middle of the axle */
+    kl_real radius_m;  /* rolling radius at the contact */
+    kl_real sin_delta; /* of the contact angle of the rail: the common tangent, against the track */
+    kl_real cos_delta;
+    kl_real f11_1;
+    kl_real f22_1;
+    kl_real f23_1;
+    kl_real f33_1;
+    kl_real eta_wheel_m; /* contact point on the wheel */
+    kl_real eta_rail_m;  /* contact point on the rail */
+    kl_real delta_wheel_rad;
+    kl_real delta_rail_rad;
+    kl_real curv_wheel_1_m; /* transverse curvature, positive where delta grows inboard (concave
+                               tread) */
+    kl_real curv_rail_1_m;  /* transverse curvature, positive for a convex head */
+    kl_real semi_a_1;       /* Hertz semi-axis along the rail at 1 N; a = semi_a_1 N^(1/3) */
+    kl_real semi_b_1;       /* Hertz semi-axis across the rail at 1 N */
+};
+
+/* A jump of the contact point between two neighbouring rows. */
+struct kl_jump {
+    kl_real w_m;          /* outboard displacement, bisected to 1e-6 m */
+    kl_real eta_before_m; /* contact point on the wheel for smaller w */
+    kl_real eta_after_m;  /* and for larger w */
+};
+
+/* The table of one side: 2 half + 1 rows, w = (i - half) step. */
+struct kl_side_table {
+    const struct kl_row *rows;
+    struct kl_jump jumps[KL_MAX_JUMPS];
+    uint32_t n_jumps; /* found; only the first KL_MAX_JUMPS are kept */
+};
+
+struct kl_pair {
+    struct kl_side_table side[KL_SIDES];
+    uint32_t half;
+    kl_real step_m;
+    kl_real inv_step_1_m;
+    kl_real range_m;
+    kl_real base_m;   /* l_right + l_left of the central contact = 2 l */
+    kl_real radius_m; /* mean r0 of the central contact */
+    struct kl_material material;
+};
+
+/* The wheelset's posture for one displacement: the full solution, not an interpolation. */
+struct kl_posture {
+    kl_real u_y_m;       /* lateral displacement relative to the rails */
+    kl_real u_z_m;       /* vertical displacement, positive down, 0 when central */
+    kl_real phi_rad;     /* roll */
+    kl_real phi_y_rad_m; /* dphi/du_y */
+    kl_real z_y;         /* du_z/du_y */
+    struct kl_row row[KL_SIDES];
+};
+
+/* Small-displacement parameters about a symmetric central position (Wickens eq. 16-34). */
+struct kl_linear_geometry {
+    kl_real radius_m;      /* r0 */
+    kl_real half_base_m;   /* l */
+    kl_real delta0_rad;    /* contact angle when central */
+    kl_real conicity;      /* lambda0 = d(r_r - r_l)/du_y / 2 */
+    kl_real epsilon_rail;  /* epsilon0  = l d(delta_rr - delta_rl)/du_y / 2 */
+    kl_real epsilon_wheel; /* epsilon0* = l d(delta_wr - delta_wl)/du_y / 2 */
+    kl_real sigma;         /* -l phi_y (1 - r0 delta0/l): equals delta0 for arcs */
+    kl_real phi_y_rad_m;
+    kl_real z_yy_1_m; /* d2u_z/du_y2 */
+};
+
+/*
+ * Builds the table of a pair. Every step is bounded; no result depends on anything but `def`.
+ * KL_ERR_PROFILE, KL_ERR_VALUE: see kl_profile_build; KL_ERR_CONTACT: no contact when central, or
+ * the contact runs off a profile's end inside the range; KL_ERR_CONVERGE; KL_ERR_MEMORY. `diag`
+ * (may be NULL) says more. Bound: about (2 range/step + 1) * (profile points) * 8 evaluations.
+ */
+enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *arena,
+                             struct kl_pair *pair, struct kl_diag *diag);
+
+/*
+ * Solves the geometry afresh at one u_y (|u_y| <= range): the full solution at table-builder
+ * accuracy. `scratch` holds the prepared profiles while it works. Bound: as one row of the table.
+ */
+enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, kl_real u_y_m,
+                             struct kl_posture *posture, struct kl_diag *diag);
+
+/* Reads the table at u_y (interpolated as the step does). Bound: constant. */
+enum kl_status kl_pair_posture(const struct kl_pair *pair, kl_real u_y_m,
+                               struct kl_posture *posture);
+
+/* The linear parameters by differences over +-1e-6 m of the full solution. */
+enum kl_status kl_pair_linear(const struct kl_pair_def *def, struct kl_arena *scratch,
+                              struct kl_linear_geometry *linear, struct kl_diag *diag);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

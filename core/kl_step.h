@@ -1,0 +1,169 @@
+/*
+ * kl_step.h - the state of one vehicle, and the step.
+ */
+#ifndef KL_STEP_H
+#define KL_STEP_H
+
+#include "kl_vehicle.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Creepages divide by max(V, KL_MIN_CREEP_SPEED): standstill is a legal state, where contact acts
+ * as a stiff damper. */
+#define KL_MIN_CREEP_SPEED_M_S 0.1
+#define KL_MAX_SPEED_M_S 150.0
+
+/* States: per body freedom-by-freedom positions then rates (only the freedoms it has), then per
+ * wheelset y, psi, y', psi' + kappa V, Omega. Roll and yaw rates of bodies are absolute: phi' + V
+ * phi0', psi' + kappa V. */
+#define KL_WHEELSET_STATES 5
+#define KL_MAX_STATES (2 * KL_FREEDOMS * KL_MAX_BODIES + KL_WHEELSET_STATES * KL_MAX_WHEELSETS)
+enum kl_wheelset_state { KL_WS_Y = 0, KL_WS_YAW, KL_WS_Y_RATE, KL_WS_YAW_RATE, KL_WS_SPIN };
+
+/* Faults: bits, latched in the state until kl_init or kl_clear_faults. */
+enum kl_fault {
+    KL_FAULT_NONFINITE = 1 << 0, /* the new state held a NaN or an infinity */
+    KL_FAULT_DERAILED = 1 << 1,  /* a contact left its table: |w| > range */
+    KL_FAULT_WHEEL_LIFT =
+        1 << 2, /* a wheel carried no load for at least one step; the run goes on */
+    KL_FAULT_INPUT =
+        1 << 3 /* an input was not finite or out of range and was limited; the run goes on */
+};
+/* Faults that stop the motion: the last good state is held, ticks go on. */
+#define KL_FAULTS_HOLD ((uint32_t)KL_FAULT_NONFINITE | (uint32_t)KL_FAULT_DERAILED)
+
+/* Plain data without pointers: a copy is a snapshot. */
+struct kl_state {
+    uint64_t tick;       /* steps since kl_init */
+    uint64_t fault_tick; /* tick at which the first fault was latched */
+    uint32_t faults;     /* enum kl_fault bits */
+    uint32_t n_states;
+    kl_real s_m;       /* distance of the vehicle's reference point */
+    kl_real speed_m_s; /* V */
+    kl_real x[KL_MAX_STATES];
+};
+
+struct kl_input {
+    kl_real speed_m_s;                        /* set-point of V, 0..KL_MAX_SPEED_M_S */
+    kl_real axle_torque_Nm[KL_MAX_WHEELSETS]; /* positive drives forward */
+    kl_real friction_factor[KL_MAX_WHEELSETS]
+                           [KL_SIDES]; /* multiplies mu, 0..2; kl_input_init sets 1 */
+    kl_real
+        side_force_N[KL_MAX_BODIES]; /* lateral force at a body's centre of mass, positive right */
+};
+
+struct kl_wheel_output {
+    kl_real normal_N; /* N >= 0 */
+    kl_real q_N;      /* vertical wheel load on the rail, Q */
+    kl_real y_N;      /* lateral force of the wheel ON THE RAIL, positive right */
+    kl_real t1_N;     /* longitudinal creep force on the wheel */
+    kl_real t2_N;     /* lateral creep force on the wheel, in the contact plane */
+    kl_real m3_Nm;
+    kl_real gamma1;
+    kl_real gamma2;
+    kl_real omega3_1_m;
+    kl_real reduction; /* 1 linear .. 0 sliding */
+    kl_real radius_m;
+    kl_real delta_rad; /* contact angle */
+    kl_real eta_wheel_m;
+    kl_real eta_rail_m;
+    kl_real semi_a_m;
+    kl_real semi_b_m;
+};
+
+struct kl_wheelset_output {
+    kl_real y_m; /* relative to the track centre line */
+    kl_real yaw_rad;
+    kl_real z_m;        /* positive down */
+    kl_real roll_rad;   /* relative to the canted track */
+    kl_real spin_rad_s; /* Omega, positive rolling forward */
+    kl_real y_rate_m_s;
+    kl_real yaw_rate_rad_s; /* relative to the track */
+    kl_real y_acc_m_s2;     /* absolute lateral acceleration without gravity: y'' + kappa V^2 */
+    kl_real z_acc_m_s2;
+    kl_real force_y_N; /* track shifting force: sum of Y over both wheels */
+    struct kl_track_point track;
+    struct kl_wheel_output wheel[KL_SIDES];
+};
+
+struct kl_body_output {
+    kl_real position[KL_FREEDOMS]; /* y, z (m), roll, pitch, yaw (rad), relative to the track at the
+                                      body's x */
+    kl_real rate[KL_FREEDOMS];     /* relative to the track */
+    kl_real acceleration[KL_FREEDOMS]; /* y: y'' + kappa V^2 - g phi0, as a body-fixed
+                                          accelerometer; others inertial */
+};
+
+/* All of it for the state after the step; forces are those of the step's second stage, which stands
+ * at its end. */
+struct kl_output {
+    uint64_t tick;
+    int64_t time_ns; /* tick * step */
+    uint32_t faults;
+    kl_real s_m;
+    kl_real speed_m_s;
+    kl_real acceleration_m_s2;
+    struct kl_track_point track; /* at the reference point */
+    struct kl_body_output body[KL_MAX_BODIES];
+    struct kl_wheelset_output wheelset[KL_MAX_WHEELSETS];
+};
+
+/* All zero, friction factors 1. Bound: constant. */
+void kl_input_init(struct kl_input *input);
+
+/*
+ * Puts a vehicle at rest relative to the track at distance s, rolling at speed V
+ * (0..KL_MAX_SPEED_M_S), wheels rolling freely, all displacements zero, faults clear, tick 0.
+ * KL_ERR_ARGUMENT: NULL, a model that does not fit, or V out of range.
+ */
+enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_real s_m,
+                       kl_real speed_m_s);
+
+/* Where a freedom lives in state->x; -1 where the body does not have it. `rate` 1 for its rate. */
+int32_t kl_body_state_index(const struct kl_model *model, uint32_t body, enum kl_freedom freedom,
+                            int rate);
+int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
+                                enum kl_wheelset_state which);
+
+/*
+ * Advances one vehicle by one step. `input` acts over the whole step; `output` may be NULL. Returns
+ * the latched faults (0: none). Never fails otherwise; the same number of operations whatever the
+ * input. Integrator: ROS2 W-method (Verwer), gamma = 1 - 1/sqrt 2, second order; its approximate
+ * Jacobian is the diagonal creep damping of each wheelset, reduced by the secant of the saturated
+ * law. Re-entrant: touches nothing but its arguments.
+ */
+uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
+                 struct kl_output *output);
+
+/* The right-hand side alone: rates of state->x at the state's own s and V, and outputs there;
+ * `output` may be NULL. Both are exact for the state. Used for linearisation and to look at a state
+ * without stepping. */
+void kl_rates(const struct kl_model *model, const struct kl_state *state,
+              const struct kl_input *input, kl_real rates[KL_MAX_STATES], struct kl_output *output);
+
+/* Total mechanical energy relative to the frame moving with the track: kinetic, elastic and
+ * gravitational, J. For tests on straight, smooth track. */
+kl_real kl_energy(const struct kl_model *model, const struct kl_state *state);
+
+/* Unlatches all faults. After a holding fault the state is what it was before; restore or init it
+ * first if need be. */
+void kl_clear_faults(struct kl_state *state);
+
+/* FNV-1a over the used part of the state, fields in order, little-endian. Bound: n_states. */
+uint64_t kl_state_hash(const struct kl_state *state);
+
+/* A snapshot for another process or machine: little-endian bytes with the model's hash and a check
+ * sum. */
+#define KL_SNAPSHOT_SIZE (64u + 8u * KL_MAX_STATES)
+enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *state,
+                           unsigned char *buffer, size_t size_bytes, size_t *used_bytes);
+/* KL_ERR_SNAPSHOT: damaged, or of another model; the state is then untouched. */
+enum kl_status kl_restore(const struct kl_model *model, struct kl_state *state,
+                          const unsigned char *buffer, size_t used_bytes);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
