@@ -133,7 +133,7 @@ def linear_rows() -> list[tuple[str, float, str]]:
         ("epsilon_wheel", epsilon_star, "formula"),
         ("conicity", conicity, "formula"),
         ("phi_y_rad_m", -DELTA0 / L / bracket, "formula"),
-        ("z_yy_1_m", -(R_WHEEL - R_RAIL) * epsilon**2 / L**2, "formula, takes epsilon_wheel for epsilon_rail"),
+        ("z_yy_1_m", -(R_WHEEL - R_RAIL) * epsilon**2 / L**2, "formula that takes epsilon_wheel for epsilon_rail"),
         ("z_yy_1_m", -(R_WHEEL * epsilon_star**2 - R_RAIL * epsilon**2) / L**2, "formula without that step"),
         ("epsilon_rail", exact_epsilon, "derivative of the full solution"),
         ("epsilon_wheel", exact_epsilon_star, "derivative of the full solution"),
