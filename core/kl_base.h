@@ -11,7 +11,9 @@
 extern "C" {
 #endif
 
-/* The real type of the model. `double` is the reference; -DKL_REAL_FLOAT makes the second build. */
+/* The real type of model and state, that is of the step. `double` is the reference; -DKL_REAL_FLOAT
+ * makes the second build. Definitions and the builder are double always, so tables do not lose by
+ * the way they were made. */
 #ifdef KL_REAL_FLOAT
 typedef float kl_real;
 #else
@@ -62,14 +64,14 @@ struct kl_diag {
     enum kl_status status;
     const char *what;
     int32_t index;
-    kl_real value;
+    double value;
 };
 
 /*
  * A bump allocator over the caller's memory. All blocks are aligned to 16 bytes. Nothing is ever
  * freed singly; `used` can be put back to an earlier value to drop scratch. It fails if and only if
- * the rest is too small: kl_arena_take then returns NULL and leaves `used` alone, but still adds
- * the request to `wanted`, so that a dry run tells how much memory a build needs.
+ * the rest is too small: kl_arena_take then returns NULL and leaves `used` alone. `wanted` is the
+ * sum of all requests, the failed one too: give at least that much and retry.
  */
 struct kl_arena {
     unsigned char *base;

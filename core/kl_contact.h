@@ -18,8 +18,8 @@ enum kl_creep_law {
     KL_CREEP_SHE = 1     /* Vermeulen-Johnson saturation, Shen-Hedrick-Elkins reduction */
 };
 
-/* The law of a wheelset's contacts. If f11_N > 0 the four coefficients are constants and replace
- * Hertz and Kalker. */
+/* The law of a wheelset's contacts, in definition and model alike. If f11_N > 0 the four
+ * coefficients are constants and replace Hertz and Kalker. */
 struct kl_creep_def {
     enum kl_creep_law law;
     kl_real friction; /* mu, 0..2; SHE only */
@@ -31,16 +31,16 @@ struct kl_creep_def {
 
 /* A Hertzian ellipse at unit load. */
 struct kl_ellipse {
-    kl_real semi_a_1; /* along the rolling direction, m at 1 N */
-    kl_real semi_b_1; /* across */
+    double semi_a_1; /* along the rolling direction, m at 1 N */
+    double semi_b_1; /* across */
 };
 
 /* Kalker's coefficients for one ratio of the axes. */
 struct kl_kalker {
-    kl_real c11;
-    kl_real c22;
-    kl_real c23;
-    kl_real c33;
+    double c11;
+    double c22;
+    double c23;
+    double c33;
 };
 
 struct kl_creepage {
@@ -64,14 +64,14 @@ struct kl_creep_force {
  * arithmetic-geometric mean.
  */
 #define KL_HERTZ_MIN_RATIO 0.1
-struct kl_ellipse kl_hertz(kl_real a_1_m, kl_real b_1_m, kl_real shear_modulus_Pa, kl_real poisson);
+struct kl_ellipse kl_hertz(double a_1_m, double b_1_m, double shear_modulus_Pa, double poisson);
 
 /*
  * Kalker's creep coefficients at a/b (limited to 0.1..10) and nu (limited to 0..0.5), linear
  * between the table's ratios (in the smaller-over-larger axis) and quadratic in nu. Source: Kalker
  * 1990, table E.3; C33 is tabulated at nu = 0.25 only.
  */
-struct kl_kalker kl_kalker_coefficients(kl_real a_over_b, kl_real poisson);
+struct kl_kalker kl_kalker_coefficients(double a_over_b, double poisson);
 
 /*
  * The creep force under one law. f11..f33 are for the actual normal force; N >= 0. With N = 0 every

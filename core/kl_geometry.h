@@ -29,8 +29,8 @@ extern "C" {
 
 /* Elastic constants of wheel and rail (equal materials). */
 struct kl_material {
-    kl_real shear_modulus_Pa; /* G > 0; steel 82e9 */
-    kl_real poisson;          /* nu, 0..0.5; steel 0.28 */
+    double shear_modulus_Pa; /* G > 0; steel 82e9 */
+    double poisson;          /* nu, 0..0.5; steel 0.28 */
 };
 
 enum kl_pair_kind {
@@ -41,31 +41,40 @@ enum kl_pair_kind {
 /* One wheel, and where it sits on the axle. */
 struct kl_wheel_def {
     struct kl_profile_def profile;
-    kl_real radius_m;       /* rolling radius at eta = 0, > 0 */
-    kl_real half_spacing_m; /* distance of eta = 0 from the middle of the axle, > 0 */
+    double radius_m;       /* rolling radius at eta = 0, > 0 */
+    double half_spacing_m; /* distance of eta = 0 from the middle of the axle, > 0 */
 };
 
 /* One rail, and where it sits on the sleeper: either directly or by gauge. */
 struct kl_rail_def {
     struct kl_profile_def profile;
-    kl_real cant_rad; /* inclination towards the middle of the track; 1:40 is 0.02499 */
-    kl_real
-        half_spacing_m;    /* distance of eta = 0 from the middle of the track; 0: from the gauge */
-    kl_real gauge_m;       /* distance between the gauge faces; used where half_spacing_m is 0 */
-    kl_real gauge_depth_m; /* depth below the rail top at which the gauge is measured; 0.014 */
+    double cant_rad;       /* inclination towards the middle of the track; 1:40 is 0.02499 */
+    double half_spacing_m; /* distance of eta = 0 from the middle of the track; 0: from the gauge */
+    double gauge_m;        /* distance between the gauge faces; used where half_spacing_m is 0 */
+    double gauge_depth_m;  /* depth below the rail top at which the gauge is measured; 0.014 */
 };
+
+/*
+ * How exactly the roll of the wheelset enters. The printed equations above turn the wheel by phi
+ * but leave out phi times the contact's own eta and zeta; KL_KINEMATICS_RIGID keeps them: w - (r0 +
+ * zeta_w) phi_s - eta_w + eta_r = 0,   u_z + l phi_s - eta_w phi_s + zeta_w - zeta_r = 0. It is the
+ * choice for vehicles (work and energy then agree; the difference in u_z is 2 R_w delta0/l, 3.6 %
+ * for Wickens' example). KL_KINEMATICS_PRINTED reproduces the printed equations.
+ */
+enum kl_kinematics { KL_KINEMATICS_RIGID = 0, KL_KINEMATICS_PRINTED = 1 };
 
 struct kl_pair_def {
     enum kl_pair_kind kind;
+    enum kl_kinematics kinematics;       /* PROFILES */
     struct kl_wheel_def wheel[KL_SIDES]; /* PROFILES */
     struct kl_rail_def rail[KL_SIDES];   /* PROFILES */
-    kl_real radius_m;                    /* LINEAR: r0 > 0 */
-    kl_real half_base_m;   /* LINEAR: l > 0, half the distance between the contact points */
-    kl_real conicity;      /* LINEAR: lambda = dr/du_y */
-    kl_real curvature_1_m; /* LINEAR: relative transverse curvature 1/R_r - 1/R_w > 0, for Hertz */
+    double radius_m;                     /* LINEAR: r0 > 0 */
+    double half_base_m;   /* LINEAR: l > 0, half the distance between the contact points */
+    double conicity;      /* LINEAR: lambda = dr/du_y */
+    double curvature_1_m; /* LINEAR: relative transverse curvature 1/R_r - 1/R_w > 0, for Hertz */
     struct kl_material material;
-    kl_real step_m;  /* table step, 1e-5..1e-3; 1e-4 is usual */
-    kl_real range_m; /* table covers |w| <= range, step * 4 .. step * KL_TABLE_MAX_HALF */
+    double step_m;  /* table step, 1e-5..1e-3; 1e-4 is usual */
+    double range_m; /* table covers |w| <= range, step * 4 .. step * KL_TABLE_MAX_HALF */
 };
 
 /* One row of a side's table, at one w. Forces of contact coefficients are per N^(2/3), N, N^(4/3)
@@ -95,9 +104,9 @@ struct kl_row {
 
 /* A jump of the contact point between two neighbouring rows. */
 struct kl_jump {
-    kl_real w_m;          /* outboard displacement, bisected to 1e-6 m */
-    kl_real eta_before_m; /* contact point on the wheel for smaller w */
-    kl_real eta_after_m;  /* and for larger w */
+    double w_m;          /* outboard displacement, bisected to 1e-6 m */
+    double eta_before_m; /* contact point on the wheel for smaller w */
+    double eta_after_m;  /* and for larger w */
 };
 
 /* The table of one side: 2 half + 1 rows, w = (i - half) step. */
@@ -113,32 +122,32 @@ struct kl_pair {
     kl_real step_m;
     kl_real inv_step_1_m;
     kl_real range_m;
-    kl_real base_m;   /* l_right + l_left of the central contact = 2 l */
-    kl_real radius_m; /* mean r0 of the central contact */
-    struct kl_material material;
+    kl_real base_m;          /* l_right + l_left of the central contact = 2 l */
+    kl_real share[KL_SIDES]; /* u_z = share_r H_r + share_l H_l; 1/2 each for a symmetric pair */
+    kl_real radius_m;        /* mean r0 of the central contact */
 };
 
 /* The wheelset's posture for one displacement: the full solution, not an interpolation. */
 struct kl_posture {
-    kl_real u_y_m;       /* lateral displacement relative to the rails */
-    kl_real u_z_m;       /* vertical displacement, positive down, 0 when central */
-    kl_real phi_rad;     /* roll */
-    kl_real phi_y_rad_m; /* dphi/du_y */
-    kl_real z_y;         /* du_z/du_y */
+    double u_y_m;       /* lateral displacement relative to the rails */
+    double u_z_m;       /* vertical displacement, positive down, 0 when central */
+    double phi_rad;     /* roll */
+    double phi_y_rad_m; /* dphi/du_y */
+    double z_y;         /* du_z/du_y */
     struct kl_row row[KL_SIDES];
 };
 
 /* Small-displacement parameters about a symmetric central position (Wickens eq. 16-34). */
 struct kl_linear_geometry {
-    kl_real radius_m;      /* r0 */
-    kl_real half_base_m;   /* l */
-    kl_real delta0_rad;    /* contact angle when central */
-    kl_real conicity;      /* lambda0 = d(r_r - r_l)/du_y / 2 */
-    kl_real epsilon_rail;  /* epsilon0  = l d(delta_rr - delta_rl)/du_y / 2 */
-    kl_real epsilon_wheel; /* epsilon0* = l d(delta_wr - delta_wl)/du_y / 2 */
-    kl_real sigma;         /* -l phi_y (1 - r0 delta0/l): equals delta0 for arcs */
-    kl_real phi_y_rad_m;
-    kl_real z_yy_1_m; /* d2u_z/du_y2 */
+    double radius_m;      /* r0 */
+    double half_base_m;   /* l */
+    double delta0_rad;    /* contact angle when central */
+    double conicity;      /* lambda0 = d(r_r - r_l)/du_y / 2 */
+    double epsilon_rail;  /* epsilon0  = l d(delta_rr - delta_rl)/du_y / 2 */
+    double epsilon_wheel; /* epsilon0* = l d(delta_wr - delta_wl)/du_y / 2 */
+    double sigma;         /* -l phi_y (1 - r0 delta0/l): equals delta0 for arcs */
+    double phi_y_rad_m;
+    double z_yy_1_m; /* d2u_z/du_y2 */
 };
 
 /*
@@ -154,11 +163,11 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
  * Solves the geometry afresh at one u_y (|u_y| <= range): the full solution at table-builder
  * accuracy. `scratch` holds the prepared profiles while it works. Bound: as one row of the table.
  */
-enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, kl_real u_y_m,
+enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, double u_y_m,
                              struct kl_posture *posture, struct kl_diag *diag);
 
 /* Reads the table at u_y (interpolated as the step does). Bound: constant. */
-enum kl_status kl_pair_posture(const struct kl_pair *pair, kl_real u_y_m,
+enum kl_status kl_pair_posture(const struct kl_pair *pair, double u_y_m,
                                struct kl_posture *posture);
 
 /* The linear parameters by differences over +-1e-6 m of the full solution. */

@@ -27,34 +27,34 @@ enum kl_profile_kind {
  * building. */
 struct kl_profile_def {
     enum kl_profile_kind kind;
-    uint32_t n_points;     /* POINTS: KL_PROFILE_MIN_POINTS..KL_PROFILE_MAX_POINTS */
-    const kl_real *eta_m;  /* POINTS: strictly increasing */
-    const kl_real *zeta_m; /* POINTS */
-    kl_real radius_m;      /* ARC: > 0, delta grows with eta; 0 means straight */
-    kl_real slope_rad;     /* ARC: delta at eta = 0, |slope| < 0.5 */
-    kl_real half_width_m;  /* ARC: valid for |eta| <= half_width, > 0 and below the radius */
+    uint32_t n_points;    /* POINTS: KL_PROFILE_MIN_POINTS..KL_PROFILE_MAX_POINTS */
+    const double *eta_m;  /* POINTS: strictly increasing */
+    const double *zeta_m; /* POINTS */
+    double radius_m;      /* ARC: > 0, delta grows with eta; 0 means straight */
+    double slope_rad;     /* ARC: delta at eta = 0, |slope| < 0.5 */
+    double half_width_m;  /* ARC: valid for |eta| <= half_width, > 0 and below the radius */
 };
 
 /* One point of a profile. */
 struct kl_profile_point {
-    kl_real zeta_m;
-    kl_real slope;      /* dzeta/deta = tan(delta) */
-    kl_real second_1_m; /* d2zeta/deta2 */
+    double zeta_m;
+    double slope;      /* dzeta/deta = tan(delta) */
+    double second_1_m; /* d2zeta/deta2 */
 };
 
 /* A profile ready for evaluation; memory is the arena's. */
 struct kl_profile {
     enum kl_profile_kind kind;
     uint32_t n_points;
-    const kl_real *eta_m;
-    const kl_real *zeta_m;
-    const kl_real *second_1_m; /* second derivatives at the points (natural spline) */
-    kl_real radius_m;
-    kl_real sin_slope;
-    kl_real cos_slope;
-    kl_real tan_slope;
-    kl_real eta_min_m;
-    kl_real eta_max_m;
+    const double *eta_m;
+    const double *zeta_m;
+    const double *second_1_m; /* second derivatives at the points (natural spline) */
+    double radius_m;
+    double sin_slope;
+    double cos_slope;
+    double tan_slope;
+    double eta_min_m;
+    double eta_max_m;
 };
 
 /*
@@ -64,12 +64,12 @@ struct kl_profile {
  * degrees). KL_ERR_VALUE: a value that is not finite or out of range. KL_ERR_MEMORY. Bound: linear
  * in n_points.
  */
-enum kl_status kl_profile_build(const struct kl_profile_def *def, kl_real rotate_rad,
+enum kl_status kl_profile_build(const struct kl_profile_def *def, double rotate_rad,
                                 struct kl_arena *arena, struct kl_profile *profile,
                                 struct kl_diag *diag);
 
 /* Evaluates at eta; outside [eta_min, eta_max] the end's tangent continues. Bound: 13 halvings. */
-struct kl_profile_point kl_profile_at(const struct kl_profile *profile, kl_real eta_m);
+struct kl_profile_point kl_profile_at(const struct kl_profile *profile, double eta_m);
 
 #ifdef __cplusplus
 }

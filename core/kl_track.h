@@ -29,29 +29,29 @@ enum kl_ramp_shape {
 /* One ramp: from the previous ramp's end value to `to`, over `length`. */
 struct kl_ramp_def {
     enum kl_ramp_shape shape;
-    kl_real length_m; /* > 0 */
-    kl_real to;       /* curvature 1/m or cant rad at the end */
+    double length_m; /* > 0 */
+    double to;       /* curvature 1/m or cant rad at the end */
 };
 
 /* Irregularities at equal distances: each series has n samples or is NULL (zero). Value 0 outside.
  */
 struct kl_irregularity_def {
-    uint32_t n_samples;        /* 0: none; else 4..1000000 */
-    kl_real start_m;           /* s of the first sample */
-    kl_real step_m;            /* > 0 */
-    const kl_real *lateral_m;  /* y0: track centre line, positive right */
-    const kl_real *vertical_m; /* z0: track centre line, positive down */
-    const kl_real *cross_rad;  /* cross-level as an angle, positive: right rail lower */
-    const kl_real *gauge_m;    /* gauge minus nominal, positive: wider */
+    uint32_t n_samples;       /* 0: none; else 4..1000000 */
+    double start_m;           /* s of the first sample */
+    double step_m;            /* > 0 */
+    const double *lateral_m;  /* y0: track centre line, positive right */
+    const double *vertical_m; /* z0: track centre line, positive down */
+    const double *cross_rad;  /* cross-level as an angle, positive: right rail lower */
+    const double *gauge_m;    /* gauge minus nominal, positive: wider */
 };
 
 struct kl_track_def {
     uint32_t n_curvature; /* 0: straight */
     const struct kl_ramp_def *curvature;
-    kl_real curvature_start_1_m; /* before the first ramp */
+    double curvature_start_1_m; /* before the first ramp */
     uint32_t n_cant;
     const struct kl_ramp_def *cant;
-    kl_real cant_start_rad;
+    double cant_start_rad;
     struct kl_irregularity_def irregularity;
 };
 
@@ -125,9 +125,9 @@ void kl_track_at(const struct kl_track *track, kl_real s_m, struct kl_track_poin
  * error below 1e-6 of the ramp's length for turns up to pi per ramp; beyond a constant ramp's end
  * the arc is exact). */
 struct kl_path {
-    kl_real x_m;
-    kl_real y_m;
-    kl_real heading_rad;
+    double x_m;
+    double y_m;
+    double heading_rad;
 };
 void kl_track_path(const struct kl_track *track, kl_real s_m, struct kl_path *path);
 
@@ -139,19 +139,19 @@ void kl_track_path(const struct kl_track *track, kl_real s_m, struct kl_path *pa
  * between the two wavelengths. Every series starts and ends at zero by a cosine taper of taper_m.
  */
 struct kl_spectrum_def {
-    kl_real lateral_A;  /* m2 rad/m: low 2.119e-7, high 6.125e-7; 0: none */
-    kl_real vertical_A; /* low 4.032e-7, high 1.080e-6 */
-    kl_real cross_A;    /* as vertical_A; 0: none */
-    kl_real shortest_m; /* shortest wavelength, > 2 steps */
-    kl_real longest_m;  /* longest wavelength */
-    kl_real taper_m;    /* >= 0 */
-    uint32_t n_waves;   /* 1..4096 */
+    double lateral_A;  /* m2 rad/m: low 2.119e-7, high 6.125e-7; 0: none */
+    double vertical_A; /* low 4.032e-7, high 1.080e-6 */
+    double cross_A;    /* as vertical_A; 0: none */
+    double shortest_m; /* shortest wavelength, > 2 steps */
+    double longest_m;  /* longest wavelength */
+    double taper_m;    /* >= 0 */
+    uint32_t n_waves;  /* 1..4096 */
     uint32_t seed;
 };
 /* Fills lateral, vertical and cross (n samples each, step_m apart). KL_ERR_VALUE as above. Bound:
  * n_waves * n * 3 cosines. */
-enum kl_status kl_spectrum_synthesise(const struct kl_spectrum_def *def, kl_real step_m, uint32_t n,
-                                      kl_real *lateral_m, kl_real *vertical_m, kl_real *cross_rad);
+enum kl_status kl_spectrum_synthesise(const struct kl_spectrum_def *def, double step_m, uint32_t n,
+                                      double *lateral_m, double *vertical_m, double *cross_rad);
 
 #ifdef __cplusplus
 }

@@ -31,22 +31,22 @@ enum kl_freedom { KL_Y = 0, KL_Z = 1, KL_ROLL = 2, KL_PITCH = 3, KL_YAW = 4, KL_
 
 struct kl_body_def {
     char name[KL_NAME_SIZE];
-    kl_real mass_kg;         /* > 0 */
-    kl_real inertia_kgm2[3]; /* Ixx, Iyy, Izz > 0 */
-    kl_real x_m;             /* centre of mass */
-    kl_real z_m;             /* centre of mass, negative above the rail */
-    uint32_t freedoms;       /* KL_HAS bits, at least one */
+    double mass_kg;         /* > 0 */
+    double inertia_kgm2[3]; /* Ixx, Iyy, Izz > 0 */
+    double x_m;             /* centre of mass */
+    double z_m;             /* centre of mass, negative above the rail */
+    uint32_t freedoms;      /* KL_HAS bits, at least one */
 };
 
 struct kl_wheelset_def {
     char name[KL_NAME_SIZE];
-    kl_real mass_kg;           /* > 0 */
-    kl_real inertia_roll_kgm2; /* I_x > 0 */
-    kl_real inertia_spin_kgm2; /* I_y > 0, about the axle */
-    kl_real inertia_yaw_kgm2;  /* I_z > 0 */
-    kl_real x_m;
-    kl_real load_N; /* a dead vertical load on the axle besides weight and suspension, >= 0 */
-    uint32_t pair;  /* index into pairs */
+    double mass_kg;           /* > 0 */
+    double inertia_roll_kgm2; /* I_x > 0 */
+    double inertia_spin_kgm2; /* I_y > 0, about the axle */
+    double inertia_yaw_kgm2;  /* I_z > 0 */
+    double x_m;
+    double load_N; /* a dead vertical load on the axle besides weight and suspension, >= 0 */
+    uint32_t pair; /* index into pairs */
     struct kl_creep_def creep;
 };
 
@@ -57,17 +57,17 @@ struct kl_element_def {
     char name[KL_NAME_SIZE];
     int32_t end_a;
     int32_t end_b;
-    kl_real point_a_m[3]; /* vehicle frame */
-    kl_real point_b_m[3];
-    kl_real k[6]; /* >= 0 */
-    kl_real c[6]; /* >= 0 */
+    double point_a_m[3]; /* vehicle frame */
+    double point_b_m[3];
+    double k[6]; /* >= 0 */
+    double c[6]; /* >= 0 */
 };
 
 struct kl_vehicle_def {
     char name[KL_NAME_SIZE];
-    int64_t step_ns;                 /* fixed step, 10 us .. 10 ms; 1000000 is usual */
-    kl_real gravity_m_s2;            /* 0..20 */
-    kl_real acceleration_limit_m_s2; /* slope of the speed after a new set-point, > 0 */
+    int64_t step_ns;                /* fixed step, 10 us .. 10 ms; 1000000 is usual */
+    double gravity_m_s2;            /* 0..20 */
+    double acceleration_limit_m_s2; /* slope of the speed after a new set-point, > 0 */
     uint32_t n_bodies;
     uint32_t n_wheelsets; /* at least 1 */
     uint32_t n_elements;
@@ -139,10 +139,10 @@ struct kl_model {
 };
 
 /*
- * Builds a model into `arena`; the definition is not needed afterwards. On KL_ERR_MEMORY
- * `arena->wanted` is a size that would do. Every other error names the culprit in `diag` (may be
- * NULL). Bound: the sum of its parts. KL_ERR_SINGULAR: a body has a vertical or roll freedom that
- * nothing holds, so that there is no static equilibrium.
+ * Builds a model into `arena`; the definition is not needed afterwards. On KL_ERR_MEMORY give
+ * `arena->wanted` bytes or more and try again (a few tries may be needed). Every other error names
+ * the culprit in `diag` (may be NULL). KL_ERR_SINGULAR: a body has a vertical, roll or pitch
+ * freedom that nothing holds: no static equilibrium. Bound: the sum of its parts.
  */
 enum kl_status kl_build(const struct kl_vehicle_def *def, struct kl_arena *arena,
                         struct kl_model *model, struct kl_diag *diag);

@@ -1,0 +1,410 @@
+/* kl_geometry.c - the wheel-rail lookup table: built once from the tangency equations, read in
+ * every step. */
+#include "kl_geometry.h"
+
+#include "kl_contact.h"
+#include "kl_diag.h"
+#include "kl_lookup.h"
+#include "kl_math.h"
+#include "kl_tangency.h"
+
+#define JUMP_THRESHOLD_M 5e-4
+#define JUMP_WIDTH_M 1e-6
+
+static void set_contact_coefficients(struct kl_row *row, double a_1_m, double b_1_m,
+                                     const struct kl_material *material) {
+    const struct kl_ellipse e =
+        kl_hertz(a_1_m, b_1_m, material->shear_modulus_Pa, material->poisson);
+    const struct kl_kalker c = kl_kalker_coefficients(e.semi_a_1 / e.semi_b_1, material->poisson);
+    const double area = e.semi_a_1 * e.semi_b_1;
+    const double size = kl_sqrt(area);
+    const double g = material->shear_modulus_Pa;
+    row->semi_a_1 = (kl_real)e.semi_a_1;
+    row->semi_b_1 = (kl_real)e.semi_b_1;
+    row->f11_1 = (kl_real)(g * area * c.c11);
+    row->f22_1 = (kl_real)(g * area * c.c22);
+    row->f23_1 = (kl_real)(g * area * size * c.c23);
+    row->f33_1 = (kl_real)(g * area * area * c.c33);
+}
+
+/* The row of one side for a solved posture. */
+static void fill_row(const struct kl_tangency *t, enum kl_side s, double w,
+                     const struct kl_touch *touch, struct kl_row *row) {
+    const struct kl_contact_side *side = &t->side[s];
+    const double phi_s = s == KL_RIGHT ? touch->phi_rad : -touch->phi_rad;
+    const double eta_w = touch->eta_wheel_m[s];
+    const double eta_r = kl_tangency_rail_eta(t, s, w, phi_s, eta_w);
+    const struct kl_profile_point pw = kl_profile_at(&side->wheel, eta_w);
+    const struct kl_profile_point pr = kl_profile_at(&side->rail, eta_r);
+    const double cos_w = 1.0 / kl_sqrt(1.0 + pw.slope * pw.slope);
+    const double cos_r = 1.0 / kl_sqrt(1.0 + pr.slope * pr.slope);
+    const double radius = side->radius_m + pw.zeta_m;
+    const double curv_w = pw.second_1_m * cos_w * cos_w * cos_w;
+    const double curv_r = pr.second_1_m * cos_r * cos_r * cos_r;
+    row->height_m = (kl_real)touch->height_m[s];
+    row->height_w = (kl_real)touch->height_w[s];
+    row->arm_m = (kl_real)(side->spacing_m - eta_w);
+    row->radius_m = (kl_real)radius;
+    row->sin_delta = (kl_real)(pr.slope * cos_r);
+    row->cos_delta = (kl_real)cos_r;
+    row->eta_wheel_m = (kl_real)eta_w;
+    row->eta_rail_m = (kl_real)eta_r;
+    row->delta_wheel_rad = (kl_real)kl_atan(pw.slope);
+    row->delta_rail_rad = (kl_real)kl_atan(pr.slope);
+    row->curv_wheel_1_m = (kl_real)curv_w;
+    row->curv_rail_1_m = (kl_real)curv_r;
+    /* half the relative curvatures; a conformal contact is limited by kl_hertz */
+    const double across = 0.5 * (curv_r - curv_w);
+    set_contact_coefficients(row, 0.5 * cos_w / radius, across > 1e-6 ? across : 1e-6,
+                             &t->material);
+}
+
+static enum kl_status check_table(const struct kl_pair_def *def, uint32_t *half,
+                                  struct kl_diag *diag) {
+    if (!(def->step_m >= 1e-5 && def->step_m <= 1e-3)) {
+        return kl_report(diag, KL_ERR_VALUE, "table step_m must be in 1e-5..1e-3", -1, def->step_m);
+    }
+    const double steps = def->range_m / def->step_m;
+    if (!(steps >= 4.0 && steps < (double)KL_TABLE_MAX_HALF + 0.5)) {
+        return kl_report(diag, KL_ERR_VALUE, "table range_m must be 4..2000 steps", -1,
+                         def->range_m);
+    }
+    if (!(def->material.shear_modulus_Pa > 1e6 && def->material.shear_modulus_Pa < 1e13)) {
+        return kl_report(diag, KL_ERR_VALUE, "shear_modulus_Pa must be in 1e6..1e13", -1,
+                         def->material.shear_modulus_Pa);
+    }
+    if (!(def->material.poisson >= 0.0 && def->material.poisson <= 0.5)) {
+        return kl_report(diag, KL_ERR_VALUE, "poisson must be in 0..0.5", -1,
+                         def->material.poisson);
+    }
+    *half = (uint32_t)(steps + 0.5);
+    return KL_OK;
+}
+
+/* ---- linear pair ---- */
+
+static enum kl_status check_linear(const struct kl_pair_def *def, struct kl_diag *diag) {
+    if (!(def->radius_m > 0.05 && def->radius_m < 2.0)) {
+        return kl_report(diag, KL_ERR_VALUE, "linear pair: radius_m must be in 0.05..2", -1,
+                         def->radius_m);
+    }
+    if (!(def->half_base_m > 0.1 && def->half_base_m < 2.0)) {
+        return kl_report(diag, KL_ERR_VALUE, "linear pair: half_base_m must be in 0.1..2", -1,
+                         def->half_base_m);
+    }
+    if (!(kl_abs(def->conicity) * def->range_m < 0.5 * def->radius_m)) {
+        return kl_report(diag, KL_ERR_VALUE, "linear pair: conicity too large for radius and range",
+                         -1, def->conicity);
+    }
+    if (!(def->curvature_1_m > 0.0 && def->curvature_1_m < 1e4)) {
+        return kl_report(diag, KL_ERR_VALUE, "linear pair: curvature_1_m must be in 0..1e4", -1,
+                         def->curvature_1_m);
+    }
+    return KL_OK;
+}
+
+static void linear_row(const struct kl_pair_def *def, double w, struct kl_row *row) {
+    const struct kl_row blank = {0};
+    *row = blank;
+    row->arm_m = (kl_real)def->half_base_m;
+    row->radius_m = (kl_real)(def->radius_m + def->conicity * w);
+    row->cos_delta = (kl_real)1;
+    row->curv_rail_1_m = (kl_real)def->curvature_1_m;
+    set_contact_coefficients(row, 0.5 / def->radius_m, 0.5 * def->curvature_1_m, &def->material);
+}
+
+/* ---- table ---- */
+
+struct tables {
+    struct kl_row *rows[KL_SIDES];
+    uint32_t half;
+};
+
+static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl_tangency *t,
+                                  const struct tables *tables, struct kl_diag *diag) {
+    const uint32_t half = tables->half;
+    const int32_t first = t->symmetric ? 0 : -(int32_t)half;
+    struct kl_touch touch = {.phi_rad = 0.0};
+    for (int32_t i = 0; i <= (int32_t)half; i++) {
+        const double u = def->step_m * (double)i;
+        const enum kl_status status = kl_tangency_solve(t, u, &touch, diag);
+        if (status != KL_OK) {
+            return status;
+        }
+        fill_row(t, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
+        fill_row(t, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
+        if (t->symmetric) { /* the mirrored posture, to the last bit */
+            tables->rows[KL_RIGHT][(int32_t)half - i] = tables->rows[KL_LEFT][(int32_t)half - i];
+            tables->rows[KL_LEFT][(int32_t)half + i] = tables->rows[KL_RIGHT][(int32_t)half + i];
+        }
+    }
+    touch.phi_rad = 0.0;
+    for (int32_t i = -1; i >= first; i--) {
+        const double u = def->step_m * (double)i;
+        const enum kl_status status = kl_tangency_solve(t, u, &touch, diag);
+        if (status != KL_OK) {
+            return status;
+        }
+        fill_row(t, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
+        fill_row(t, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
+    }
+    if (t->symmetric) { /* u = 0: both sides are one row, exactly level */
+        tables->rows[KL_RIGHT][half].height_m = KL_R(0);
+        tables->rows[KL_LEFT][half] = tables->rows[KL_RIGHT][half];
+    }
+    return KL_OK;
+}
+
+/* Halves an interval in which the contact point moves far, to tell a jump from a fast slide. */
+static enum kl_status locate_jump(const struct kl_tangency *t, enum kl_side s, double w_low,
+                                  double w_high, struct kl_jump *jump, int *is_jump) {
+    double eta_low = 0.0;
+    double eta_high = 0.0;
+    struct kl_touch touch = {.phi_rad = 0.0};
+    const double sign = s == KL_RIGHT ? 1.0 : -1.0;
+    enum kl_status status = kl_tangency_solve(t, sign * w_low, &touch, NULL);
+    eta_low = touch.eta_wheel_m[s];
+    if (status == KL_OK) {
+        status = kl_tangency_solve(t, sign * w_high, &touch, NULL);
+        eta_high = touch.eta_wheel_m[s];
+    }
+    for (int i = 0; i < 12 && status == KL_OK && w_high - w_low > JUMP_WIDTH_M; i++) {
+        const double middle = 0.5 * (w_low + w_high);
+        status = kl_tangency_solve(t, sign * middle, &touch, NULL);
+        if (kl_abs(touch.eta_wheel_m[s] - eta_low) < kl_abs(touch.eta_wheel_m[s] - eta_high)) {
+            w_low = middle;
+            eta_low = touch.eta_wheel_m[s];
+        } else {
+            w_high = middle;
+            eta_high = touch.eta_wheel_m[s];
+        }
+    }
+    *is_jump = status == KL_OK && kl_abs(eta_high - eta_low) > 0.2 * JUMP_THRESHOLD_M;
+    jump->w_m = 0.5 * (w_low + w_high);
+    jump->eta_before_m = eta_low;
+    jump->eta_after_m = eta_high;
+    return status;
+}
+
+static enum kl_status find_jumps(const struct kl_pair_def *def, const struct kl_tangency *t,
+                                 const struct tables *tables, enum kl_side s,
+                                 struct kl_side_table *table) {
+    for (uint32_t i = 0; i < 2u * tables->half; i++) {
+        const double here = (double)tables->rows[s][i].eta_wheel_m;
+        const double next = (double)tables->rows[s][i + 1u].eta_wheel_m;
+        if (kl_abs(next - here) < JUMP_THRESHOLD_M) {
+            continue;
+        }
+        const double w = def->step_m * ((double)i - (double)tables->half);
+        struct kl_jump jump;
+        int is_jump = 0;
+        const enum kl_status status = locate_jump(t, s, w, w + def->step_m, &jump, &is_jump);
+        if (status != KL_OK) {
+            return status;
+        }
+        if (is_jump) {
+            if (table->n_jumps < KL_MAX_JUMPS) {
+                table->jumps[table->n_jumps] = jump;
+            }
+            table->n_jumps++;
+        }
+    }
+    return KL_OK;
+}
+
+static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct kl_arena *arena,
+                                          const struct tables *tables, struct kl_pair *pair,
+                                          struct kl_diag *diag) {
+    const size_t mark = arena->used; /* profiles and samples are scratch */
+    struct kl_tangency t;
+    enum kl_status status = kl_tangency_build(def, arena, &t, diag);
+    if (status == KL_OK) {
+        status = fill_tables(def, &t, tables, diag);
+    }
+    for (int s = 0; s < KL_SIDES && status == KL_OK; s++) {
+        if (t.symmetric && s == KL_LEFT) {
+            pair->side[KL_LEFT].n_jumps = pair->side[KL_RIGHT].n_jumps;
+            for (uint32_t i = 0; i < KL_MAX_JUMPS; i++) {
+                pair->side[KL_LEFT].jumps[i] = pair->side[KL_RIGHT].jumps[i];
+            }
+        } else {
+            status = find_jumps(def, &t, tables, (enum kl_side)s, &pair->side[s]);
+        }
+    }
+    arena->used = mark;
+    if (status != KL_OK) {
+        return status;
+    }
+    const double l_r = t.side[KL_RIGHT].half_base_m;
+    const double l_l = t.side[KL_LEFT].half_base_m;
+    pair->base_m = (kl_real)(l_r + l_l);
+    pair->share[KL_RIGHT] = (kl_real)(l_l / (l_r + l_l));
+    pair->share[KL_LEFT] = (kl_real)(l_r / (l_r + l_l));
+    pair->radius_m = (kl_real)(0.5 * (t.side[KL_RIGHT].radius0_m + t.side[KL_LEFT].radius0_m));
+    return KL_OK;
+}
+
+enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *arena,
+                             struct kl_pair *pair, struct kl_diag *diag) {
+    if (def == NULL || arena == NULL || pair == NULL) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "kl_pair_build: NULL", -1, 0.0);
+    }
+    const struct kl_pair blank = {0};
+    struct tables tables;
+    *pair = blank;
+    enum kl_status status = check_table(def, &tables.half, diag);
+    if (status != KL_OK) {
+        return status;
+    }
+    for (int s = 0; s < KL_SIDES; s++) {
+        tables.rows[s] = kl_arena_take(arena, 2u * tables.half + 1u, sizeof(struct kl_row));
+        if (tables.rows[s] == NULL) {
+            return kl_report(diag, KL_ERR_MEMORY, "contact table", -1, (double)arena->wanted);
+        }
+        pair->side[s].rows = tables.rows[s];
+    }
+    pair->half = tables.half;
+    pair->step_m = (kl_real)def->step_m;
+    pair->inv_step_1_m = (kl_real)(1.0 / def->step_m);
+    pair->range_m = (kl_real)(def->step_m * (double)tables.half);
+    if (def->kind == KL_PAIR_PROFILES) {
+        return build_from_profiles(def, arena, &tables, pair, diag);
+    }
+    if (def->kind != KL_PAIR_LINEAR) {
+        return kl_report(diag, KL_ERR_VALUE, "pair: unknown kind", -1, (double)def->kind);
+    }
+    status = check_linear(def, diag);
+    if (status != KL_OK) {
+        return status;
+    }
+    for (uint32_t i = 0; i <= 2u * tables.half; i++) {
+        const double w = def->step_m * ((double)i - (double)tables.half);
+        linear_row(def, w, &tables.rows[KL_RIGHT][i]);
+        tables.rows[KL_LEFT][i] = tables.rows[KL_RIGHT][i];
+    }
+    pair->base_m = (kl_real)(2.0 * def->half_base_m);
+    pair->share[KL_RIGHT] = KL_R(0.5);
+    pair->share[KL_LEFT] = KL_R(0.5);
+    pair->radius_m = (kl_real)def->radius_m;
+    return KL_OK;
+}
+
+/* ---- single postures ---- */
+
+enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, double u_y_m,
+                             struct kl_posture *posture, struct kl_diag *diag) {
+    if (def == NULL || scratch == NULL || posture == NULL || !(kl_abs(u_y_m) <= 1.0)) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "kl_pair_solve: NULL or u_y not within 1 m", -1,
+                         u_y_m);
+    }
+    const struct kl_posture blank = {0};
+    *posture = blank;
+    posture->u_y_m = u_y_m;
+    if (def->kind == KL_PAIR_LINEAR) {
+        linear_row(def, u_y_m, &posture->row[KL_RIGHT]);
+        linear_row(def, -u_y_m, &posture->row[KL_LEFT]);
+        return check_linear(def, diag);
+    }
+    const size_t mark = scratch->used;
+    struct kl_tangency t;
+    struct kl_touch touch = {.phi_rad = 0.0};
+    enum kl_status status = kl_tangency_build(def, scratch, &t, diag);
+    if (status == KL_OK) {
+        status = kl_tangency_solve(&t, u_y_m, &touch, diag);
+    }
+    if (status == KL_OK) {
+        const double l_r = t.side[KL_RIGHT].half_base_m;
+        const double l_l = t.side[KL_LEFT].half_base_m;
+        fill_row(&t, KL_RIGHT, u_y_m, &touch, &posture->row[KL_RIGHT]);
+        fill_row(&t, KL_LEFT, -u_y_m, &touch, &posture->row[KL_LEFT]);
+        posture->phi_rad = touch.phi_rad;
+        posture->phi_y_rad_m = touch.phi_y_rad_m;
+        posture->u_z_m =
+            (l_l * touch.height_m[KL_RIGHT] + l_r * touch.height_m[KL_LEFT]) / (l_r + l_l);
+        posture->z_y =
+            (l_l * touch.height_w[KL_RIGHT] - l_r * touch.height_w[KL_LEFT]) / (l_r + l_l);
+    }
+    scratch->used = mark;
+    return status;
+}
+
+/* Interpolation in a row pair: heights by the cubic that also meets the slopes, the rest linear. */
+static void read_row(const struct kl_pair *pair, const struct kl_side_table *table, kl_real w,
+                     struct kl_row *out) {
+    kl_real place = w * pair->inv_step_1_m + (kl_real)pair->half;
+    const kl_real last = (kl_real)(2u * pair->half);
+    place = kl_min_real(kl_max_real(place, KL_R(0)), last);
+    uint32_t i = (uint32_t)place;
+    i = i < 2u * pair->half ? i : 2u * pair->half - 1u;
+    const kl_real t = place - (kl_real)i;
+    /* a row is nothing but kl_real columns */
+    const kl_real *a = (const kl_real *)&table->rows[i];
+    const kl_real *b = (const kl_real *)&table->rows[i + 1u];
+    kl_real *o = (kl_real *)out;
+    for (size_t column = 0; column < sizeof(struct kl_row) / sizeof(kl_real); column++) {
+        o[column] = a[column] + t * (b[column] - a[column]);
+    }
+    const struct kl_hermite h =
+        kl_hermite(&table->rows[i], &table->rows[i + 1u], t, pair->step_m, pair->inv_step_1_m);
+    out->height_m = h.value;
+    out->height_w = h.slope;
+}
+
+enum kl_status kl_pair_posture(const struct kl_pair *pair, double u_y_m,
+                               struct kl_posture *posture) {
+    if (pair == NULL || posture == NULL || !(kl_abs(u_y_m) <= (double)pair->range_m)) {
+        return KL_ERR_ARGUMENT;
+    }
+    read_row(pair, &pair->side[KL_RIGHT], (kl_real)u_y_m, &posture->row[KL_RIGHT]);
+    read_row(pair, &pair->side[KL_LEFT], (kl_real)-u_y_m, &posture->row[KL_LEFT]);
+    const struct kl_row *r = &posture->row[KL_RIGHT];
+    const struct kl_row *l = &posture->row[KL_LEFT];
+    posture->u_y_m = u_y_m;
+    posture->u_z_m =
+        (double)(pair->share[KL_RIGHT] * r->height_m + pair->share[KL_LEFT] * l->height_m);
+    posture->z_y =
+        (double)(pair->share[KL_RIGHT] * r->height_w - pair->share[KL_LEFT] * l->height_w);
+    posture->phi_rad = (double)((r->height_m - l->height_m) / pair->base_m);
+    posture->phi_y_rad_m = (double)((r->height_w + l->height_w) / pair->base_m);
+    return KL_OK;
+}
+
+enum kl_status kl_pair_linear(const struct kl_pair_def *def, struct kl_arena *scratch,
+                              struct kl_linear_geometry *linear, struct kl_diag *diag) {
+    if (linear == NULL) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "kl_pair_linear: NULL", -1, 0.0);
+    }
+    const double d = 1e-5;
+    struct kl_posture at[3];
+    for (int i = 0; i < 3; i++) {
+        const enum kl_status status =
+            kl_pair_solve(def, scratch, d * (double)(i - 1), &at[i], diag);
+        if (status != KL_OK) {
+            return status;
+        }
+    }
+    const struct kl_row *plus_r = &at[2].row[KL_RIGHT];
+    const struct kl_row *plus_l = &at[2].row[KL_LEFT];
+    const struct kl_row *minus_r = &at[0].row[KL_RIGHT];
+    const struct kl_row *minus_l = &at[0].row[KL_LEFT];
+    const struct kl_row *mid_r = &at[1].row[KL_RIGHT];
+    const struct kl_row *mid_l = &at[1].row[KL_LEFT];
+    const double l = 0.5 * (double)(mid_r->arm_m + mid_l->arm_m);
+    const double r0 = 0.5 * (double)(mid_r->radius_m + mid_l->radius_m);
+    const double by = 1.0 / (4.0 * d);
+    linear->radius_m = r0;
+    linear->half_base_m = l;
+    linear->delta0_rad = 0.5 * (double)(mid_r->delta_rail_rad + mid_l->delta_rail_rad);
+    linear->conicity = by * (double)((plus_r->radius_m - plus_l->radius_m) -
+                                     (minus_r->radius_m - minus_l->radius_m));
+    linear->epsilon_rail = l * by *
+                           (double)((plus_r->delta_rail_rad - plus_l->delta_rail_rad) -
+                                    (minus_r->delta_rail_rad - minus_l->delta_rail_rad));
+    linear->epsilon_wheel = l * by *
+                            (double)((plus_r->delta_wheel_rad - plus_l->delta_wheel_rad) -
+                                     (minus_r->delta_wheel_rad - minus_l->delta_wheel_rad));
+    linear->phi_y_rad_m = at[1].phi_y_rad_m;
+    linear->sigma = -l * at[1].phi_y_rad_m * (1.0 - r0 * linear->delta0_rad / l);
+    linear->z_yy_1_m = (at[2].z_y - at[0].z_y) / (2.0 * d);
+    return KL_OK;
+}
