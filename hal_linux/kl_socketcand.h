@@ -44,7 +44,7 @@ extern "C" {
 #define KL_SOCKETCAND_CLIENTS 8 /* connections at a time; more are told so and closed */
 #endif
 #ifndef KL_SOCKETCAND_RING_BYTES
-#define KL_SOCKETCAND_RING_BYTES 262144u /* per client; a power of two. A frame takes 28..50 */
+#define KL_SOCKETCAND_RING_BYTES 262144u /* per client; a power of two. A frame takes 33..54 */
 #endif
 #if KL_SOCKETCAND_CLIENTS < 1 || KL_SOCKETCAND_CLIENTS > 64
 #error "KL_SOCKETCAND_CLIENTS must be 1..64"
@@ -98,8 +98,6 @@ struct kl_socketcand_stats {
     uint64_t accepted;    /* connections taken since opening */
     uint64_t turned_away; /* connections refused because every slot was taken */
     uint64_t client_lost; /* frames that single clients lost, summed over all clients there were */
-    uint64_t bad_lines;   /* lines of clients not understood; those that were < send > are also in
-                             kl_can_counts.refused */
 };
 
 /* The fields are for the functions below; read them with those. */
@@ -133,7 +131,8 @@ enum kl_can_status kl_socketcand_open(struct kl_socketcand *server,
  *   send_dropped  frames for which no streaming client had room (KL_CAN_BUSY). A frame that only
  *                 some clients lost is `sent`; stats.client_lost counts each of those losses.
  *   received, receive_dropped  frames from clients; dropped if the owner did not fetch in time
- *   refused       frames of the owner, and < send > lines of clients, that do not exist here
+ *   refused       frames of the owner that do not exist here, and whatever clients said that was
+ * not understood
  */
 struct kl_can kl_socketcand_can(struct kl_socketcand *server);
 
