@@ -96,9 +96,8 @@ struct kl_bus_status {
     uint32_t protocol;      /* KL_BUS_PROTOCOL */
     uint32_t n_bodies;
     uint32_t n_wheelsets;
-    uint32_t step_us;        /* model step */
-    uint32_t model_hash[2];  /* low, high */
-    uint32_t signal_hash[2]; /* low, high */
+    uint64_t model_hash;  /* kl_model.hash; the low 48 bits go out */
+    uint64_t signal_hash; /* kl_signals_hash; likewise */
     uint32_t ack_request;
     uint32_t ack_command;
     uint32_t ack_result; /* enum kl_ack_result */
