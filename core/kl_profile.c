@@ -5,7 +5,7 @@
 #include "kl_diag.h"
 #include "kl_math.h"
 
-#define STEEPEST_SLOPE 20.0
+#define STEEPEST_SLOPE 100.0
 
 static enum kl_status build_arc(const struct kl_profile_def *def, double rotate_rad,
                                 struct kl_profile *profile, struct kl_diag *diag) {
@@ -93,8 +93,8 @@ static enum kl_status build_points(const struct kl_profile_def *def, double rota
                              (int32_t)i, def->eta_m[i]);
         }
         if (i > 0 && !(kl_abs(zeta[i] - zeta[i - 1]) < STEEPEST_SLOPE * (eta[i] - eta[i - 1]))) {
-            return kl_report(diag, KL_ERR_PROFILE, "profile is steeper than 87 degrees", (int32_t)i,
-                             def->eta_m[i]);
+            return kl_report(diag, KL_ERR_PROFILE, "profile is steeper than 89.4 degrees",
+                             (int32_t)i, def->eta_m[i]);
         }
     }
     spline(eta, zeta, second, work, n);

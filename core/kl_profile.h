@@ -60,9 +60,9 @@ struct kl_profile {
 /*
  * Checks a definition and prepares it; `rotate_rad` turns the cross-section first (rail cant:
  * positive turns the head towards the track's middle, that is adds to delta). KL_ERR_PROFILE: too
- * few or too many points, eta not strictly increasing (also after turning), or a slope above 20 (87
- * degrees). KL_ERR_VALUE: a value that is not finite or out of range. KL_ERR_MEMORY. Bound: linear
- * in n_points.
+ * few or too many points, eta not strictly increasing (also after turning), or a slope above 100
+ * (89.4 degrees). KL_ERR_VALUE: a value that is not finite or out of range. KL_ERR_MEMORY. Bound:
+ * linear in n_points.
  */
 enum kl_status kl_profile_build(const struct kl_profile_def *def, double rotate_rad,
                                 struct kl_arena *arena, struct kl_profile *profile,

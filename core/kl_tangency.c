@@ -39,23 +39,39 @@ double kl_tangency_rail_eta(const struct kl_tangency *tangency, enum kl_side sid
     return side->offset_m + eta_w - w + phi_s * turning_radius(tangency, side, zeta_w);
 }
 
-/* 1 where the wheel's point is over the rail's profile; `gap` is then the ride height it would
- * allow. */
-static int sample_gap(const struct kl_tangency *t, const struct kl_contact_side *side, uint32_t i,
-                      double w, double phi_s, double *gap) {
-    const double eta_w = side->wheel.eta_min_m + side->wheel_step_m * (double)i;
-    const double zeta_w = side->wheel_zeta[i];
-    const double eta_r = side->offset_m + eta_w - w + phi_s * turning_radius(t, side, zeta_w);
-    const double place = (eta_r - side->rail.eta_min_m) / side->rail_step_m;
-    if (!(place >= 0.0 && place < (double)(KL_RAIL_SAMPLES - 1u))) {
-        return 0;
+#define NO_RAIL_UNDER 1e9
+
+/* The ride height that every sampled point of the wheel would allow, and the lowest of them. */
+static double sample_gaps(const struct kl_tangency *t, const struct kl_contact_side *side, double w,
+                          double phi_s) {
+    /* the rail's place under a sample is linear in the sample, but for the turning of the wheel */
+    const double inv_step = 1.0 / side->rail_step_m;
+    const double turning = is_rigid(t) ? phi_s : 0.0;
+    const double first = side->offset_m + side->wheel.eta_min_m - w - side->rail.eta_min_m +
+                         phi_s * turning_radius(t, side, 0.0);
+    double lowest = NO_RAIL_UNDER;
+    for (uint32_t i = 0; i < KL_WHEEL_SAMPLES; i++) {
+        const double along = side->wheel_step_m * (double)i;
+        const double zeta_w = side->wheel_zeta[i];
+        const double place = (first + along + turning * zeta_w) * inv_step;
+        double gap = NO_RAIL_UNDER;
+        if (place >= 0.0 && place < (double)(KL_RAIL_SAMPLES - 1u)) {
+            const uint32_t j = (uint32_t)place;
+            const double fraction = place - (double)j;
+            const double rise = side->rail_zeta[j + 1] - side->rail_zeta[j];
+            const double m0 = side->rail_slope[j];
+            const double m1 = side->rail_slope[j + 1];
+            const double bend =
+                3.0 * rise - 2.0 * m0 - m1 + fraction * (m0 + m1 - 2.0 * rise); /* Hermite cubic */
+            const double zeta_r = side->rail_zeta[j] + fraction * (m0 + fraction * bend);
+            /* the turning of the wheel decides where it touches, also under the printed equations
+             */
+            gap = zeta_r - zeta_w + phi_s * (side->wheel.eta_min_m + along - side->eta0_m);
+        }
+        side->gap[i] = gap;
+        lowest = gap < lowest ? gap : lowest;
     }
-    const uint32_t j = (uint32_t)place;
-    const double fraction = place - (double)j;
-    const double zeta_r =
-        side->rail_zeta[j] + fraction * (side->rail_zeta[j + 1] - side->rail_zeta[j]);
-    *gap = zeta_r - zeta_w + (is_rigid(t) ? phi_s * (eta_w - side->eta0_m) : 0.0);
-    return 1;
+    return lowest;
 }
 
 static struct side_terms terms_at(const struct kl_tangency *t, const struct kl_contact_side *side,
@@ -120,29 +136,15 @@ static struct side_terms refine(const struct kl_tangency *t, const struct kl_con
 static int touch_first(const struct kl_tangency *t, const struct kl_contact_side *side, double w,
                        double phi_s, struct side_terms *best) {
     const double close = 1e-6;
-    double lowest = 1e9;
-    double gap = 0.0;
-    for (uint32_t i = 0; i < KL_WHEEL_SAMPLES; i++) {
-        if (sample_gap(t, side, i, w, phi_s, &gap) && gap < lowest) {
-            lowest = gap;
-        }
-    }
-    if (lowest > 1e8) {
-        return 0;
-    }
+    const double lowest = sample_gaps(t, side, w, phi_s);
+    const double *gap = side->gap;
     int found = 0;
     int refined = 0;
-    double before = 1e9;
-    double here = 1e9;
-    for (uint32_t i = 0; i <= KL_WHEEL_SAMPLES && refined < 8; i++) {
-        double next = 1e9;
-        if (i < KL_WHEEL_SAMPLES && sample_gap(t, side, i, w, phi_s, &gap)) {
-            next = gap;
-        }
-        /* `here` belongs to sample i - 1; at the profile's ends its neighbour is 1e9 and it is no
-         * contact */
-        if (here <= lowest + close && here <= before && here < next && before < 1e8 && next < 1e8) {
-            const double middle = side->wheel.eta_min_m + side->wheel_step_m * (double)(i - 1u);
+    /* a minimum at a profile's end, where its neighbour has no rail under it, is no contact */
+    for (uint32_t i = 1; i + 1u < KL_WHEEL_SAMPLES && refined < 8; i++) {
+        if (gap[i] <= lowest + close && gap[i] <= gap[i - 1u] && gap[i] < gap[i + 1u] &&
+            gap[i - 1u] < NO_RAIL_UNDER && gap[i + 1u] < NO_RAIL_UNDER) {
+            const double middle = side->wheel.eta_min_m + side->wheel_step_m * (double)i;
             const struct side_terms candidate =
                 refine(t, side, w, phi_s, middle - 2.0 * side->wheel_step_m, middle,
                        middle + 2.0 * side->wheel_step_m);
@@ -152,8 +154,6 @@ static int touch_first(const struct kl_tangency *t, const struct kl_contact_side
             found = 1;
             refined++;
         }
-        before = here;
-        here = next;
     }
     return found;
 }
@@ -248,7 +248,7 @@ enum kl_status kl_tangency_solve(const struct kl_tangency *t, double u, struct k
         if (!(slope > 0.05 * base)) {
             return kl_report(diag, KL_ERR_CONTACT, "the wheelset jams between the rails", -1, u);
         }
-        if (!(next > low && next < high) || round > 12) {
+        if (!(next >= low && next <= high) || round > 12) {
             next = 0.5 * (low + high);
         }
         converged = kl_abs(next - phi) < 1e-11 || high - low < 1e-11;
@@ -338,7 +338,10 @@ static enum kl_status sample_side(struct kl_arena *arena, struct kl_contact_side
                                   struct kl_diag *diag) {
     side->wheel_zeta = kl_arena_take(arena, KL_WHEEL_SAMPLES, sizeof(double));
     side->rail_zeta = kl_arena_take(arena, KL_RAIL_SAMPLES, sizeof(double));
-    if (side->wheel_zeta == NULL || side->rail_zeta == NULL) {
+    side->rail_slope = kl_arena_take(arena, KL_RAIL_SAMPLES, sizeof(double));
+    side->gap = kl_arena_take(arena, KL_WHEEL_SAMPLES, sizeof(double));
+    if (side->wheel_zeta == NULL || side->rail_zeta == NULL || side->rail_slope == NULL ||
+        side->gap == NULL) {
         return kl_report(diag, KL_ERR_MEMORY, "profile samples", -1, (double)arena->wanted);
     }
     side->wheel_step_m =
@@ -351,7 +354,9 @@ static enum kl_status sample_side(struct kl_arena *arena, struct kl_contact_side
     }
     for (uint32_t i = 0; i < KL_RAIL_SAMPLES; i++) {
         const double eta = side->rail.eta_min_m + side->rail_step_m * (double)i;
-        side->rail_zeta[i] = kl_profile_at(&side->rail, eta).zeta_m;
+        const struct kl_profile_point point = kl_profile_at(&side->rail, eta);
+        side->rail_zeta[i] = point.zeta_m;
+        side->rail_slope[i] = point.slope * side->rail_step_m;
     }
     return KL_OK;
 }

@@ -5,7 +5,7 @@
 
 #include "kl_geometry.h"
 
-#define KL_WHEEL_SAMPLES 2048u
+#define KL_WHEEL_SAMPLES 1024u
 #define KL_RAIL_SAMPLES 4096u
 
 /* One wheel over one rail. Distances q from the middle are outboard. */
@@ -14,6 +14,8 @@ struct kl_contact_side {
     struct kl_profile rail;
     double *wheel_zeta; /* KL_WHEEL_SAMPLES over the wheel's range */
     double *rail_zeta;  /* KL_RAIL_SAMPLES over the rail's range */
+    double *gap;        /* scratch of one search, KL_WHEEL_SAMPLES */
+    double *rail_slope; /* dzeta times the sample distance, likewise */
     double wheel_step_m;
     double rail_step_m;
     double radius_m;    /* rolling radius at eta_w = 0 */
