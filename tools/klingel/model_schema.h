@@ -1,0 +1,197 @@
+/*
+ * model_schema.h - the two YAML formats as libcyaml fills them in. Private to the loader.
+ * An absent optional key is a NULL pointer; members are named like the keys of the files.
+ */
+#ifndef MODEL_SCHEMA_H
+#define MODEL_SCHEMA_H
+
+#include <cyaml/cyaml.h>
+#include <stdint.h>
+
+#include "klingel.h"
+
+/* ---- vehicle.yaml ---- */
+
+struct raw_arc {
+    double radius_m;
+    double slope_rad;
+    double half_width_m;
+};
+
+struct raw_cone {
+    double slope_rad;
+    double half_width_m;
+};
+
+struct raw_profile { /* exactly one */
+    char *points;
+    struct raw_arc *arc;
+    struct raw_cone *cone;
+};
+
+struct raw_wheel {
+    struct raw_profile profile;
+    double radius_m;
+    double half_spacing_m;
+};
+
+struct raw_rail {
+    struct raw_profile profile;
+    double *cant_rad;
+    double *cant_1_in;
+    double *half_spacing_m;
+    double *gauge_m;
+    double *gauge_depth_m;
+};
+
+struct raw_linear {
+    double radius_m;
+    double half_base_m;
+    double conicity;
+    double curvature_1_m;
+};
+
+struct raw_material {
+    double shear_modulus_Pa;
+    double poisson;
+};
+
+struct raw_pair {
+    char name[KL_NAME_SIZE];
+    struct raw_wheel *wheel;
+    struct raw_wheel *wheel_right;
+    struct raw_wheel *wheel_left;
+    struct raw_rail *rail;
+    struct raw_rail *rail_right;
+    struct raw_rail *rail_left;
+    struct raw_linear *linear;
+    int *kinematics; /* enum kl_kinematics; NULL: rigid */
+    struct raw_material *material;
+    double step_m;
+    double range_m;
+};
+
+struct raw_creep {
+    int law;
+    double *friction;
+    double *f11_N;
+    double *f22_N;
+    double *f23_Nm;
+    double *f33_Nm2;
+};
+
+struct raw_wheelset {
+    char name[KL_NAME_SIZE];
+    double mass_kg;
+    double inertia_roll_kgm2;
+    double inertia_spin_kgm2;
+    double inertia_yaw_kgm2;
+    double x_m;
+    double load_N;
+    char pair[KL_NAME_SIZE];
+    struct raw_creep creep;
+};
+
+struct raw_body {
+    char name[KL_NAME_SIZE];
+    double mass_kg;
+    double inertia_roll_kgm2;
+    double inertia_pitch_kgm2;
+    double inertia_yaw_kgm2;
+    double x_m;
+    double height_m;
+    uint32_t freedoms;
+};
+
+struct raw_point {
+    double x_m;
+    double y_m;
+    double height_m;
+};
+
+enum raw_mirror { RAW_MIRROR_NONE = 0, RAW_MIRROR_LATERAL = 1 };
+
+struct raw_element {
+    char name[KL_NAME_SIZE];
+    char between[2][KL_NAME_SIZE];
+    struct raw_point *at;
+    struct raw_point *at_a;
+    struct raw_point *at_b;
+    int mirror;
+    double k_N_m[3];
+    double k_Nm_rad[3];
+    double c_Ns_m[3];
+    double c_Nms_rad[3];
+};
+
+struct raw_vehicle {
+    char name[KL_NAME_SIZE];
+    int64_t step_ns;
+    double gravity_m_s2;
+    double acceleration_limit_m_s2;
+    struct raw_body *bodies;
+    uint32_t n_bodies;
+    struct raw_wheelset *wheelsets;
+    uint32_t n_wheelsets;
+    struct raw_pair *pairs;
+    uint32_t n_pairs;
+    struct raw_element *elements;
+    uint32_t n_elements;
+};
+
+extern const cyaml_schema_value_t raw_vehicle_schema;
+
+/* ---- track.yaml ---- */
+
+struct raw_start {
+    double *curvature_1_m;
+    double *radius_m;
+    double *cant_rad;
+    double *cant_mm;
+};
+
+struct raw_segment {
+    double length_m;
+    int shape; /* enum kl_ramp_shape */
+    double *to_curvature_1_m;
+    double *to_radius_m;
+    double *to_cant_rad;
+    double *to_cant_mm;
+};
+
+enum raw_spectrum_level { RAW_ERRI_LOW = 0, RAW_ERRI_HIGH = 1 };
+
+struct raw_spectrum {
+    int *level;
+    double *lateral_A_m2rad_m;
+    double *vertical_A_m2rad_m;
+    double *cross_A_m2rad_m;
+    uint32_t seed;
+    uint32_t waves;
+    double shortest_m;
+    double longest_m;
+    double taper_m;
+    double start_m;
+    double length_m;
+    double step_m;
+};
+
+struct raw_irregularities { /* exactly one */
+    char *samples;
+    struct raw_spectrum *spectrum;
+};
+
+struct raw_track {
+    char name[KL_NAME_SIZE];
+    double *cant_base_m;
+    struct raw_start *start;
+    struct raw_segment *segments;
+    uint32_t n_segments;
+    struct raw_segment *cant_segments;
+    uint32_t n_cant_segments;
+    struct raw_irregularities *irregularities;
+};
+
+extern const cyaml_schema_value_t raw_track_schema;
+
+#endif

@@ -1,0 +1,314 @@
+/* model_vehicle.c - vehicle.yaml to kl_vehicle_def: names become indices, heights become -z. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "model_convert.h"
+
+#define GROUND "ground"
+#define NO_END INT32_MIN
+
+static void body(struct model_parts *parts, const struct raw_body *raw, uint32_t i,
+                 struct kl_body_def *def) {
+    model_check_name(parts, raw->name, "bodies[%u].name", i);
+    model_positive(parts, raw->mass_kg, "bodies[%u].mass_kg", i);
+    model_positive(parts, raw->inertia_roll_kgm2, "bodies[%u].inertia_roll_kgm2", i);
+    model_positive(parts, raw->inertia_pitch_kgm2, "bodies[%u].inertia_pitch_kgm2", i);
+    model_positive(parts, raw->inertia_yaw_kgm2, "bodies[%u].inertia_yaw_kgm2", i);
+    model_check(parts, raw->freedoms != 0, "needs at least one of y, z, roll, pitch, yaw",
+                "bodies[%u].freedoms", i);
+    memcpy(def->name, raw->name, sizeof def->name);
+    def->mass_kg = raw->mass_kg;
+    def->inertia_kgm2[0] = raw->inertia_roll_kgm2;
+    def->inertia_kgm2[1] = raw->inertia_pitch_kgm2;
+    def->inertia_kgm2[2] = raw->inertia_yaw_kgm2;
+    def->x_m = raw->x_m;
+    def->z_m = -raw->height_m;
+    def->freedoms = raw->freedoms;
+}
+
+static double or_zero(const double *value) {
+    return value != NULL ? *value : 0.0;
+}
+
+static void creep(struct model_parts *parts, const struct raw_creep *raw, uint32_t i,
+                  struct kl_creep_def *def) {
+    if (raw->law == KL_CREEP_SHE) {
+        if (model_check(parts, raw->friction != NULL, "law she needs friction",
+                        "wheelsets[%u].creep", i)) {
+            model_check(parts, *raw->friction >= 0.0 && *raw->friction <= 2.0, "must be 0 to 2",
+                        "wheelsets[%u].creep.friction", i);
+        }
+    } else {
+        model_check(parts, raw->friction == NULL, "law linear knows no friction",
+                    "wheelsets[%u].creep.friction", i);
+    }
+    int given = (raw->f11_N != NULL) + (raw->f22_N != NULL) + (raw->f23_Nm != NULL) +
+                (raw->f33_Nm2 != NULL);
+    if (model_check(parts, given == 0 || given == 4,
+                    "needs all of f11_N, f22_N, f23_Nm, f33_Nm2, or none (Hertz and Kalker)",
+                    "wheelsets[%u].creep", i) &&
+        given == 4) {
+        model_positive(parts, *raw->f11_N, "wheelsets[%u].creep.f11_N", i);
+        model_positive(parts, *raw->f22_N, "wheelsets[%u].creep.f22_N", i);
+        model_not_negative(parts, *raw->f23_Nm, "wheelsets[%u].creep.f23_Nm", i);
+        model_not_negative(parts, *raw->f33_Nm2, "wheelsets[%u].creep.f33_Nm2", i);
+    }
+    def->law = (enum kl_creep_law)raw->law;
+    def->friction = (kl_real)or_zero(raw->friction);
+    def->f11_N = (kl_real)or_zero(raw->f11_N);
+    def->f22_N = (kl_real)or_zero(raw->f22_N);
+    def->f23_Nm = (kl_real)or_zero(raw->f23_Nm);
+    def->f33_Nm2 = (kl_real)or_zero(raw->f33_Nm2);
+}
+
+static void append(char *text, size_t size, const char *name) {
+    size_t used = strlen(text);
+    snprintf(text + used, size - used, "%s%s", used > 0 ? ", " : "", name);
+}
+
+static uint32_t pair_index(struct model_parts *parts, const struct raw_vehicle *raw, uint32_t i) {
+    char known[200] = "";
+    for (uint32_t p = 0; p < raw->n_pairs; p++) {
+        if (strcmp(raw->pairs[p].name, raw->wheelsets[i].pair) == 0) {
+            return p;
+        }
+        append(known, sizeof known, raw->pairs[p].name);
+    }
+    char what[240];
+    snprintf(what, sizeof what, "no such pair; known: %s", known);
+    model_check(parts, false, what, "wheelsets[%u].pair", i);
+    return 0;
+}
+
+static void wheelset(struct model_parts *parts, const struct raw_vehicle *vehicle, uint32_t i,
+                     struct kl_wheelset_def *def) {
+    const struct raw_wheelset *raw = &vehicle->wheelsets[i];
+    model_check_name(parts, raw->name, "wheelsets[%u].name", i);
+    model_positive(parts, raw->mass_kg, "wheelsets[%u].mass_kg", i);
+    model_positive(parts, raw->inertia_roll_kgm2, "wheelsets[%u].inertia_roll_kgm2", i);
+    model_positive(parts, raw->inertia_spin_kgm2, "wheelsets[%u].inertia_spin_kgm2", i);
+    model_positive(parts, raw->inertia_yaw_kgm2, "wheelsets[%u].inertia_yaw_kgm2", i);
+    model_not_negative(parts, raw->load_N, "wheelsets[%u].load_N", i);
+    memcpy(def->name, raw->name, sizeof def->name);
+    def->mass_kg = raw->mass_kg;
+    def->inertia_roll_kgm2 = raw->inertia_roll_kgm2;
+    def->inertia_spin_kgm2 = raw->inertia_spin_kgm2;
+    def->inertia_yaw_kgm2 = raw->inertia_yaw_kgm2;
+    def->x_m = raw->x_m;
+    def->load_N = raw->load_N;
+    def->pair = pair_index(parts, vehicle, i);
+    creep(parts, &raw->creep, i, &def->creep);
+}
+
+static int32_t end_index(struct model_parts *parts, const struct raw_vehicle *raw, uint32_t i,
+                         uint32_t end) {
+    const char *name = raw->elements[i].between[end];
+    char known[400] = "";
+    if (strcmp(name, GROUND) == 0) {
+        return KL_GROUND_END;
+    }
+    for (uint32_t b = 0; b < raw->n_bodies; b++) {
+        if (strcmp(raw->bodies[b].name, name) == 0) {
+            return (int32_t)b;
+        }
+        append(known, sizeof known, raw->bodies[b].name);
+    }
+    for (uint32_t w = 0; w < raw->n_wheelsets; w++) {
+        if (strcmp(raw->wheelsets[w].name, name) == 0) {
+            return KL_WHEELSET_END((int32_t)w);
+        }
+        append(known, sizeof known, raw->wheelsets[w].name);
+    }
+    char what[480];
+    snprintf(what, sizeof what, "no such body or wheelset; known: %s, " GROUND, known);
+    model_check(parts, false, what, "elements[%u].between[%u]", i, end);
+    return NO_END;
+}
+
+static void element_points(struct model_parts *parts, const struct raw_element *raw, uint32_t i,
+                           struct kl_element_def *def) {
+    bool one = raw->at != NULL && raw->at_a == NULL && raw->at_b == NULL;
+    bool two = raw->at == NULL && raw->at_a != NULL && raw->at_b != NULL;
+    if (!model_check(parts, one || two, "needs either at (both ends), or at_a and at_b",
+                     "elements[%u]", i)) {
+        return;
+    }
+    const struct raw_point *a = one ? raw->at : raw->at_a;
+    const struct raw_point *b = one ? raw->at : raw->at_b;
+    if (raw->mirror == RAW_MIRROR_LATERAL) {
+        model_check(parts, a->y_m > 0.0, "with mirror: lateral the right one is stated, y_m > 0",
+                    "elements[%u].%s.y_m", i, one ? "at" : "at_a");
+    }
+    def->point_a_m[0] = a->x_m;
+    def->point_a_m[1] = a->y_m;
+    def->point_a_m[2] = -a->height_m;
+    def->point_b_m[0] = b->x_m;
+    def->point_b_m[1] = b->y_m;
+    def->point_b_m[2] = -b->height_m;
+}
+
+static void element_rates(struct model_parts *parts, const struct raw_element *raw, uint32_t i,
+                          struct kl_element_def *def) {
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        model_not_negative(parts, raw->k_N_m[axis], "elements[%u].k_N_m[%u]", i, axis);
+        model_not_negative(parts, raw->k_Nm_rad[axis], "elements[%u].k_Nm_rad[%u]", i, axis);
+        model_not_negative(parts, raw->c_Ns_m[axis], "elements[%u].c_Ns_m[%u]", i, axis);
+        model_not_negative(parts, raw->c_Nms_rad[axis], "elements[%u].c_Nms_rad[%u]", i, axis);
+        def->k[axis] = raw->k_N_m[axis];
+        def->k[3 + axis] = raw->k_Nm_rad[axis];
+        def->c[axis] = raw->c_Ns_m[axis];
+        def->c[3 + axis] = raw->c_Nms_rad[axis];
+    }
+}
+
+/* The right one is as stated, the left one its mirror image; names get _r and _l. */
+static void mirror(struct model_parts *parts, uint32_t i, struct kl_element_def *right,
+                   struct kl_element_def *left) {
+    size_t length = strlen(right->name);
+    if (!model_check(parts, length + 2 < KL_NAME_SIZE, "too long to be mirrored: 29 at most",
+                     "elements[%u].name", i)) {
+        return;
+    }
+    *left = *right;
+    memcpy(right->name + length, "_r", 3);
+    memcpy(left->name + length, "_l", 3);
+    left->point_a_m[1] = -left->point_a_m[1];
+    left->point_b_m[1] = -left->point_b_m[1];
+}
+
+/* Fills one definition, or two where mirrored; how many. */
+static uint32_t element(struct model_parts *parts, const struct raw_vehicle *vehicle, uint32_t i,
+                        struct kl_element_def *def) {
+    const struct raw_element *raw = &vehicle->elements[i];
+    model_check_name(parts, raw->name, "elements[%u].name", i);
+    memcpy(def->name, raw->name, sizeof def->name);
+    def->end_a = end_index(parts, vehicle, i, 0);
+    def->end_b = end_index(parts, vehicle, i, 1);
+    model_check(parts, def->end_a != def->end_b || def->end_a == NO_END,
+                "must name two different ends", "elements[%u].between", i);
+    element_points(parts, raw, i, def);
+    element_rates(parts, raw, i, def);
+    if (raw->mirror != RAW_MIRROR_LATERAL) {
+        return 1;
+    }
+    mirror(parts, i, def, def + 1);
+    return 2;
+}
+
+static void elements(struct model_parts *parts, const struct raw_vehicle *raw,
+                     struct kl_vehicle_def *def) {
+    struct kl_element_def *list =
+        model_take(parts, 2 * (size_t)raw->n_elements + 1, sizeof(struct kl_element_def));
+    if (list == NULL) {
+        return;
+    }
+    for (uint32_t i = 0; i < raw->n_elements; i++) {
+        def->n_elements += element(parts, raw, i, &list[def->n_elements]);
+    }
+    char what[64];
+    snprintf(what, sizeof what, "with mirrored ones %u; at most %d", def->n_elements,
+             KL_MAX_ELEMENTS);
+    model_check(parts, def->n_elements <= KL_MAX_ELEMENTS, what, "elements");
+    def->elements = list;
+}
+
+/* ---- names: bodies and wheelsets share one space, elements and pairs have their own ---- */
+
+struct name_list {
+    const char *name[2 * KL_MAX_ELEMENTS];
+    char key[2 * KL_MAX_ELEMENTS][32];
+    uint32_t n;
+};
+
+static void add_name(struct model_parts *parts, struct name_list *list, const char *name,
+                     const char *array, uint32_t index) {
+    char key[32];
+    snprintf(key, sizeof key, "%s[%u].name", array, index);
+    for (uint32_t i = 0; i < list->n; i++) {
+        char what[80];
+        snprintf(what, sizeof what, "this name is taken by %.*s", (int)strlen(list->key[i]) - 5,
+                 list->key[i]);
+        if (!model_check(parts, strcmp(list->name[i], name) != 0, what, "%s", key)) {
+            return;
+        }
+    }
+    list->name[list->n] = name;
+    memcpy(list->key[list->n++], key, sizeof key);
+}
+
+static void check_names(struct model_parts *parts, const struct raw_vehicle *raw) {
+    struct name_list *list = model_take(parts, 1, sizeof *list);
+    if (list == NULL) {
+        return;
+    }
+    for (uint32_t i = 0; i < raw->n_bodies; i++) {
+        model_check(parts, strcmp(raw->bodies[i].name, GROUND) != 0, "is the track's name",
+                    "bodies[%u].name", i);
+        add_name(parts, list, raw->bodies[i].name, "bodies", i);
+    }
+    for (uint32_t i = 0; i < raw->n_wheelsets; i++) {
+        model_check(parts, strcmp(raw->wheelsets[i].name, GROUND) != 0, "is the track's name",
+                    "wheelsets[%u].name", i);
+        add_name(parts, list, raw->wheelsets[i].name, "wheelsets", i);
+    }
+    list->n = 0;
+    for (uint32_t i = 0; i < raw->n_pairs; i++) {
+        add_name(parts, list, raw->pairs[i].name, "pairs", i);
+    }
+    list->n = 0;
+    for (uint32_t i = 0; i < raw->n_elements; i++) {
+        add_name(parts, list, raw->elements[i].name, "elements", i);
+    }
+}
+
+static void scalars(struct model_parts *parts, const struct raw_vehicle *raw,
+                    struct kl_vehicle_def *def) {
+    model_check_title(parts, raw->name);
+    model_check(parts, raw->step_ns >= 10000 && raw->step_ns <= 10000000,
+                "must be 10000 to 10000000 (10 us to 10 ms)", "step_ns");
+    model_check(parts, raw->gravity_m_s2 >= 0.0 && raw->gravity_m_s2 <= 20.0, "must be 0 to 20",
+                "gravity_m_s2");
+    model_positive(parts, raw->acceleration_limit_m_s2, "acceleration_limit_m_s2");
+    memcpy(def->name, raw->name, sizeof def->name);
+    def->step_ns = raw->step_ns;
+    def->gravity_m_s2 = raw->gravity_m_s2;
+    def->acceleration_limit_m_s2 = raw->acceleration_limit_m_s2;
+}
+
+static void convert(struct model_parts *parts, const struct raw_vehicle *raw,
+                    struct kl_vehicle_def *def) {
+    struct kl_body_def *bodies = model_take(parts, raw->n_bodies + 1u, sizeof *bodies);
+    struct kl_wheelset_def *wheelsets = model_take(parts, raw->n_wheelsets, sizeof *wheelsets);
+    struct kl_pair_def *pairs = model_take(parts, raw->n_pairs, sizeof *pairs);
+    if (bodies == NULL || wheelsets == NULL || pairs == NULL) {
+        return;
+    }
+    scalars(parts, raw, def);
+    check_names(parts, raw);
+    for (uint32_t i = 0; i < raw->n_bodies; i++) {
+        body(parts, &raw->bodies[i], i, &bodies[i]);
+    }
+    for (uint32_t i = 0; i < raw->n_wheelsets; i++) {
+        wheelset(parts, raw, i, &wheelsets[i]);
+    }
+    model_pairs_convert(parts, raw, pairs);
+    def->n_bodies = raw->n_bodies;
+    def->n_wheelsets = raw->n_wheelsets;
+    def->n_pairs = raw->n_pairs;
+    def->bodies = bodies;
+    def->wheelsets = wheelsets;
+    def->pairs = pairs;
+    elements(parts, raw, def);
+}
+
+int model_vehicle_convert(struct model_parts *parts, struct kl_vehicle_def *def) {
+    struct raw_vehicle *raw = model_source_load(parts, &raw_vehicle_schema);
+    if (raw == NULL) {
+        return -1;
+    }
+    memset(def, 0, sizeof *def);
+    convert(parts, raw, def);
+    model_source_unload(&raw_vehicle_schema, raw);
+    return parts->n_errors == 0 ? 0 : -1;
+}
