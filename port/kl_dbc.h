@@ -4,8 +4,8 @@
  * Nodes Klingel and Bench; every message with sender, cycle time, send type and comment; every
  * signal with exact decimal factor, offset, minimum and maximum, unit, receiver, start value,
  * comment and value names ("Invalid" for the raw value that stands for "not a number"). Attributes
- * of our own: GenMsgDelayCycles (commands: late after so many cycles), E2EDataId (protected
- * messages, see kl_protect.h), SignalTableHash and StepTime_us of the network.
+ * of our own: CycleTime_us, TimeoutCycles (commands: late after so many cycles), E2EDataId
+ * (protected messages, see kl_protect.h), SignalTableHash and StepTime_us of the network.
  */
 #ifndef KL_DBC_H
 #define KL_DBC_H
