@@ -23,7 +23,7 @@ enum kl_ramp_shape {
     KL_RAMP_LINEAR = 1,   /* clothoid; straight cant ramp */
     KL_RAMP_BLOSS = 2,    /* 3 t^2 - 2 t^3 */
     KL_RAMP_HALF_SINE =
-        3 /* (1 - cos pi t)/2, as a polynomial of degree 7 within 2e-6 of the step */
+        3 /* (1 - cos pi t)/2, as a polynomial of degree 7 within 7e-7 of the step */
 };
 
 /* One ramp: from the previous ramp's end value to `to`, over `length`. */
@@ -116,6 +116,10 @@ struct kl_track_point {
  */
 enum kl_status kl_track_build(const struct kl_track_def *def, struct kl_arena *arena,
                               struct kl_track *track, struct kl_diag *diag);
+
+/* Curvature, heading, offset and cant at s; the irregularities of `point` are left alone. Bound:
+ * constant. */
+void kl_track_layout_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point);
 
 /* Everything about the track at s. Bound: constant. */
 void kl_track_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point);
