@@ -178,6 +178,7 @@ static enum kl_can_status port_send(void *context, const struct kl_can_frame *fr
         return KL_CAN_ARGUMENT;
     if (kl_can_check(frame) != KL_CAN_OK || ((frame->flags & KL_CAN_FD) != 0 && !port->fd)) {
         port->counts.refused++;
+        port->counts.send_dropped++;
         return KL_CAN_REFUSED;
     }
     if (!port->up) {
@@ -191,10 +192,8 @@ static enum kl_can_status port_send(void *context, const struct kl_can_frame *fr
         return KL_CAN_OK;
     }
     enum kl_can_status status = judge(port, "send", errno);
-    if (status == KL_CAN_REFUSED)
-        port->counts.refused++;
-    else
-        port->counts.send_dropped++;
+    port->counts.refused += status == KL_CAN_REFUSED;
+    port->counts.send_dropped++;
     return status;
 }
 

@@ -270,6 +270,7 @@ static enum kl_can_status server_send(void *context, const struct kl_can_frame *
         return KL_CAN_ARGUMENT;
     if (kl_can_check(frame) != KL_CAN_OK || (frame->flags & ~KL_CAN_EXTENDED) != 0) {
         server->counts.refused++;
+        server->counts.send_dropped++;
         return KL_CAN_REFUSED;
     }
     if (server->listener < 0) {

@@ -128,11 +128,12 @@ enum kl_can_status kl_socketcand_open(struct kl_socketcand *server,
 /*
  * The seam; `server` must outlive it. Of the counts:
  *   sent          frames that went into every ring that had room, or nowhere for want of clients
- *   send_dropped  frames for which no streaming client had room (KL_CAN_BUSY). A frame that only
- *                 some clients lost is `sent`; stats.client_lost counts each of those losses.
+ *   send_dropped  frames for which no streaming client had room (KL_CAN_BUSY), and refused ones. A
+ *                 frame that only some clients lost is `sent`; stats.client_lost counts each of
+ *                 those losses.
  *   received, receive_dropped  frames from clients; dropped if the owner did not fetch in time
  *   refused       frames of the owner that do not exist here, and whatever clients said that was
- * not understood
+ *                 not understood
  */
 struct kl_can kl_socketcand_can(struct kl_socketcand *server);
 
