@@ -33,7 +33,8 @@
  * the events are counted. The next right frame ends it. Control 0 sets the speed once and ends the
  * supervision: for tools that do not stay. Before the first frame the caller's own kl_input rules.
  * A speed that is invalid or above KL_MAX_SPEED_M_S counts as a bad frame and changes nothing.
- * Supervision runs in cycles, also while paused, and ends at reset.
+ * Supervision runs in cycles, in every run state. Reset and start put the speed set-point back to
+ * the configured one, but a supervised set-point stays in force.
  *
  * Sending. A message of period n cycles goes out in the cycles whose number is its phase modulo n;
  * phases are given out one after the other within messages of one period, so that slow messages
@@ -44,9 +45,9 @@
  *
  * Nothing received and nothing that the bus does changes the number of model steps in real time.
  * The node owns no memory besides its struct, uses no heap and no clock, and is not for several
- * threads at once. Per cycle: one service, one recover, KL_NODE_MAX_RECEIVED receives, one kl_step
- * (a restore, reset or start adds one kl_init and one kl_rates each), KL_NODE_ACKS plus one send
- * per instance.
+ * threads at once. Per cycle: one service, one recover, KL_NODE_MAX_RECEIVED receives (each may ask
+ * for one kl_init or one copy of the state), one kl_step or one kl_rates, KL_NODE_ACKS sends plus
+ * one per instance.
  */
 #ifndef KL_NODE_H
 #define KL_NODE_H
@@ -101,7 +102,7 @@ struct kl_node_counts {
     uint64_t busy;           /* sends answered BUSY */
     uint64_t send_errors;    /* sends answered DOWN, REFUSED or FAILED */
     uint64_t received;       /* frames fetched */
-    uint64_t receive_errors; /* receives answered with an error */
+    uint64_t receive_errors; /* receives answered with an error other than DOWN */
     uint64_t unknown;        /* identifiers that are no command */
     uint64_t malformed;  /* command frames of wrong length or kind, or with a value out of range */
     uint64_t protection; /* command frames with a bad CRC or repeated */
@@ -118,18 +119,24 @@ struct kl_node_counts {
 /* One instance of a cyclic message. */
 struct kl_node_slot {
     uint32_t cycles;  /* period */
-    uint32_t phase;   /* < cycles */
-    uint32_t wait;    /* cycles until it is due */
-    uint16_t counter; /* of the frame that is due or waiting */
+    uint32_t wait;    /* cycles until its next turn */
+    uint16_t counter; /* of the frame whose turn it is, or was last */
     uint8_t message;  /* index into the table */
     uint8_t instance;
-    bool waiting; /* the bus had no room */
+    uint8_t turn; /* enum kl_node_turn */
+};
+enum kl_node_turn {
+    KL_TURN_NONE = 0, /* nothing to send */
+    KL_TURN_NOW = 1,  /* due in this cycle */
+    KL_TURN_LATE = 2  /* was due before, the bus had no room */
 };
 
 struct kl_node_ack {
+    uint64_t step;
     uint8_t request;
     uint8_t command;
     uint8_t result;
+    uint8_t run_state;
 };
 
 /* About 4 KiB; fields are for reading. */
@@ -143,11 +150,13 @@ struct kl_node {
     struct kl_protect run_control;
     struct kl_protect speed_setpoint;
     enum kl_run_state run_state;
-    uint32_t steps_left; /* of a step command */
+    uint32_t steps_left; /* of step commands */
+    bool output_stale;   /* the state was loaded, the output is not yet its own */
     bool has_snapshot;
     bool speed_supervised;
     bool speed_late;
-    bool bus_down;
+    bool bus_down;          /* in this cycle */
+    bool was_down;          /* and not yet recovered */
     uint32_t speed_wait;    /* cycles since the last right set-point */
     uint32_t speed_timeout; /* cycles */
     uint32_t recover_wait;  /* cycles until the next attempt */

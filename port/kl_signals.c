@@ -1,5 +1,6 @@
 /* Layout, lookup and codec over the signal table; see kl_signals.h. */
 #include "kl_signals.h"
+#include "kl_math.h"
 
 #define MAX_DIGITS 9u
 
@@ -129,24 +130,6 @@ static double not_a_number(void) {
     return quiet.value;
 }
 
-/* Square root of x >= 0 to 1e-14: halving the exponent gives a start within 4 %, and each of
- * Newton's four steps squares the error. The core's elementary functions are its own affair. */
-static double square_root(double x) {
-    union {
-        double value;
-        uint64_t bits;
-    } start = {.value = x};
-    if (x < 1e-300 || x > 1e300) {
-        return x < 1.0 ? 0.0 : x;
-    }
-    start.bits = (start.bits >> 1) + UINT64_C(0x1FF7A3BEA91D9B1B);
-    double root = start.value;
-    for (uint32_t i = 0; i < 4; i++) {
-        root = 0.5 * (root + x / root);
-    }
-    return root;
-}
-
 static int64_t lowest(const struct kl_signal *signal) {
     return signal->is_signed ? -(INT64_C(1) << (signal->length - 1u)) : 0;
 }
@@ -273,7 +256,7 @@ static double adhesion(const struct kl_wheel_output *wheel) {
     if (!is_finite(n) || !is_finite(t1) || !is_finite(t2)) {
         return not_a_number();
     }
-    return n > 0.0 ? square_root(t1 * t1 + t2 * t2) / n : 0.0;
+    return n > 0.0 ? kl_sqrt(t1 * t1 + t2 * t2) / n : 0.0;
 }
 
 static int64_t integer_raw(const struct kl_signal *signal, uint64_t value,
