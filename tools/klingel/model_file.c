@@ -6,7 +6,6 @@
 
 #include "model_convert.h"
 
-#define FIRST_ARENA_BYTES (1u << 20)
 #define TRACK_PREFIX "track."
 
 /* What one file gives; swapped into struct model_file only when all of it is good. */

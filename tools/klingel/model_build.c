@@ -1,0 +1,146 @@
+/* model_build.c - from definitions to a model, and from kl_diag back to a line of a file. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "model_file.h"
+#include "model_source.h"
+
+#define FIRST_ARENA_BYTES ((size_t)1 << 20)
+#define MAX_TRIES 16
+
+static int grow(struct model_file *mf, size_t wanted, FILE *errors) {
+    size_t size = mf->arena_size == 0 ? FIRST_ARENA_BYTES : mf->arena_size;
+    size = wanted > size ? wanted : size;
+    if (mf->arena_memory != NULL && size == mf->arena_size) {
+        size += size / 2; /* `wanted` did not grow: give more all the same */
+    }
+    free(mf->arena_memory);
+    /* aligned_alloc wants a multiple of the alignment */
+    mf->arena_size = (size + 63u) & ~(size_t)63u;
+    mf->arena_memory = aligned_alloc(64, mf->arena_size);
+    if (mf->arena_memory == NULL) {
+        fprintf(errors, "%s: out of memory (%zu bytes for the model)\n", mf->vehicle_parts->path,
+                mf->arena_size);
+        mf->arena_size = 0;
+        return -1;
+    }
+    return 0;
+}
+
+/* ---- where kl_diag points ---- */
+
+static void say(struct model_parts *parts, const char *key, const struct kl_diag *diag) {
+    const char *what = diag->what != NULL ? diag->what : kl_status_text(diag->status);
+    model_error(parts, key, "%s (%g)", what, diag->value);
+}
+
+/* The pair that fails when built alone. */
+static int blame_pair(struct model_file *mf, struct kl_arena *arena) {
+    for (uint32_t i = 0; i < mf->vehicle.n_pairs; i++) {
+        struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
+        struct kl_pair pair;
+        char key[64];
+        kl_arena_init(arena, mf->arena_memory, mf->arena_size);
+        if (kl_pair_build(&mf->vehicle.pairs[i], arena, &pair, &diag) != KL_OK) {
+            snprintf(key, sizeof key, "pairs[%u]", i);
+            say(mf->vehicle_parts, key, &diag);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static int blame_track(struct model_file *mf, struct kl_arena *arena) {
+    struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
+    struct kl_track track;
+    kl_arena_init(arena, mf->arena_memory, mf->arena_size);
+    if (mf->track_parts == NULL || kl_track_build(&mf->track, arena, &track, &diag) == KL_OK) {
+        return 0;
+    }
+    char key[64] = "";
+    if (diag.index >= 0 && diag.what != NULL && strstr(diag.what, "curvature") != NULL) {
+        snprintf(key, sizeof key, "segments[%d]", (int)diag.index);
+    } else if (diag.index >= 0 && diag.what != NULL && strstr(diag.what, "cant") != NULL) {
+        bool own = outline_find(&mf->track_parts->outline, "cant_segments", NULL) != OUTLINE_NONE;
+        snprintf(key, sizeof key, "%s[%d]", own ? "cant_segments" : "segments", (int)diag.index);
+    } else if (diag.what != NULL && strstr(diag.what, "irregularit") != NULL) {
+        snprintf(key, sizeof key, "irregularities");
+    }
+    say(mf->track_parts, key, &diag);
+    return 1;
+}
+
+/* Elements of the definition are more than those of the file where some are mirrored; the name
+ * leads back: it is the file's, or the file's and _r or _l. */
+static void element_key(const struct model_file *mf, uint32_t index, char *key, size_t size) {
+    char name[KL_NAME_SIZE];
+    char path[64];
+    const struct outline *outline = &mf->vehicle_parts->outline;
+    memcpy(name, mf->vehicle.elements[index].name, sizeof name);
+    snprintf(path, sizeof path, "elements.%s", name);
+    int32_t node = outline_find(outline, path, NULL);
+    if (node == OUTLINE_NONE && strlen(name) > 2) {
+        name[strlen(name) - 2] = '\0';
+        snprintf(path, sizeof path, "elements.%s", name);
+        node = outline_find(outline, path, NULL);
+    }
+    outline_path(outline, node != OUTLINE_NONE ? node : 0, key, size);
+}
+
+static void blame_vehicle(struct model_file *mf, const struct kl_diag *diag) {
+    static const char *const word[] = {"body", "wheelset", "element"};
+    static const char *const list[] = {"bodies", "wheelsets", "elements"};
+    const uint32_t count[] = {mf->vehicle.n_bodies, mf->vehicle.n_wheelsets,
+                              mf->vehicle.n_elements};
+    char key[MODEL_PATH_SIZE] = "";
+    for (int i = 0; i < 3 && diag->what != NULL && key[0] == '\0'; i++) {
+        if (strncmp(diag->what, word[i], strlen(word[i])) != 0 || diag->index < 0 ||
+            (uint32_t)diag->index >= count[i]) {
+            continue;
+        }
+        if (i == 2) {
+            element_key(mf, (uint32_t)diag->index, key, sizeof key);
+        } else {
+            snprintf(key, sizeof key, "%s[%d]", list[i], (int)diag->index);
+        }
+    }
+    say(mf->vehicle_parts, key, diag);
+}
+
+static void explain(struct model_file *mf, const struct kl_diag *diag, FILE *errors) {
+    struct kl_arena arena;
+    mf->vehicle_parts->errors = errors;
+    mf->vehicle_parts->n_errors = 0;
+    if (mf->track_parts != NULL) {
+        mf->track_parts->errors = errors;
+        mf->track_parts->n_errors = 0;
+    }
+    if (!blame_pair(mf, &arena) && !blame_track(mf, &arena)) {
+        blame_vehicle(mf, diag);
+    }
+}
+
+int model_file_build(struct model_file *mf, struct kl_model *model, FILE *errors) {
+    struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
+    enum kl_status status = KL_ERR_MEMORY;
+    size_t wanted = 0;
+    if (mf->vehicle_parts == NULL) {
+        fprintf(errors, "cannot build: no vehicle is loaded\n");
+        return -1;
+    }
+    for (int tries = 0; tries < MAX_TRIES && status == KL_ERR_MEMORY; tries++) {
+        struct kl_arena arena;
+        if ((tries > 0 || mf->arena_memory == NULL) && grow(mf, wanted, errors) != 0) {
+            return -1;
+        }
+        kl_arena_init(&arena, mf->arena_memory, mf->arena_size);
+        status = kl_build(&mf->vehicle, &arena, model, &diag);
+        wanted = arena.wanted;
+    }
+    if (status != KL_OK) {
+        diag.status = status;
+        explain(mf, &diag, errors);
+        return -1;
+    }
+    return 0;
+}
