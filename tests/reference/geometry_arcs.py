@@ -5,12 +5,17 @@ Method: the four contact slopes and the ten equations are reduced to four unknow
 wheel at its contact, roll, vertical displacement), solved by Newton-Raphson in 50-digit decimal arithmetic with its own
 sine and cosine, so that every printed digit is exact. Derivatives with respect to u_y come from the implicit function
 theorem on the same four equations. Writes geometry_arcs.csv and geometry_arcs_linear.csv.
+
+For comparison the same wheelset turned as a rigid body, without the small-roll approximation of equations 2-11: the centre
+of the wheel's circle stays at the distance R_wheel - R_rail from the centre of the rail's circle on both sides. Writes
+geometry_arcs_rotated.csv.
 """
 
 from __future__ import annotations
 
 import decimal
 import functools
+import math
 from decimal import Decimal as D
 
 import refcsv
@@ -145,6 +150,37 @@ def linear_rows() -> list[tuple[str, float, str]]:
     return [(name, float(value), origin) for name, value, origin in rows]
 
 
+def rotated_constraints(u_y: D, u_z: D, phi: D) -> list[tuple[D, tuple[D, D, D], D]]:
+    """Per side: squared distance of the circles' centres minus its due, the gradient (u_y, u_z, phi), sin of the rail's slope."""
+    sine, cosine = sin_cos(phi)
+    gap, sides = R_WHEEL - R_RAIL, []
+    for s in (D(1), D(-1)):
+        arm, drop = s * (L + R_WHEEL * SIN0), R0 + R_WHEEL * COS0
+        y, z = u_y + cosine * arm - sine * drop, u_z + sine * arm + cosine * drop
+        dy, dz = y - s * (L + R_RAIL * SIN0), z - (R0 + R_RAIL * COS0)
+        turn = dy * (-sine * arm - cosine * drop) + dz * (cosine * arm - sine * drop)
+        sides.append((dy * dy + dz * dz - gap * gap, (2 * dy, 2 * dz, 2 * turn), s * dy / gap))
+    return sides
+
+
+def rotated_row(u_y: D) -> list[float]:
+    u_z, phi = D("-4.5") * u_y * u_y, D("-0.068") * u_y
+    for _ in range(60):
+        sides = rotated_constraints(u_y, u_z, phi)
+        step = solve_linear([[g[1], g[2]] for _, g, _ in sides], [-f for f, _, _ in sides])
+        u_z, phi = u_z + step[0], phi + step[1]
+        if max(map(abs, step)) < D("1e-45"):
+            break
+    sides = rotated_constraints(u_y, u_z, phi)
+    z_y, phi_y = solve_linear([[g[1], g[2]] for _, g, _ in sides], [-g[0] for _, g, _ in sides])
+    cells = [float(v) for v in (u_y, u_z, phi, phi_y, z_y)]
+    for s, (_, _, sine_rail) in zip((1, -1), sides):
+        slope_rail = math.asin(float(sine_rail))
+        slope_wheel = slope_rail + s * float(phi)
+        cells += [slope_wheel, slope_rail, float(R0) + float(R_WHEEL) * (math.cos(float(DELTA0)) - math.cos(slope_wheel))]
+    return cells
+
+
 def generate() -> dict[str, refcsv.Table]:
     given = f"arcs: r0 {R0} m, l {L} m, delta0 {DELTA0} rad, R_wheel 0.01795 l/delta0, R_rail 0.00989 l/delta0"
     columns = ["u_y_m", "u_z_m", "phi_rad", "phi_y_rad_m", "z_y", "phi_yy_rad_m2", "z_yy_1_m"]
@@ -158,7 +194,11 @@ def generate() -> dict[str, refcsv.Table]:
         columns, [row(u / 1000) for u in steps], digits=16, rel=1e-14, abs_of_max=0.0)
     linear = refcsv.Table([given, "small-displacement parameters"], ["name", "value", "origin"], linear_rows(),
                           digits=16, rel=1e-14, abs_of_max=0.0)
-    return {"geometry_arcs.csv": full, "geometry_arcs_linear.csv": linear}
+    columns = ["u_y_m", "u_z_m", "phi_rad", "phi_y_rad_m", "z_y"]
+    columns += [f"{q}_{side}{unit}" for side in ("right", "left") for q, unit in (("delta_wheel", "_rad"), ("delta_rail", "_rad"), ("radius", "_m"))]
+    rotated = refcsv.Table([given, "the same contact with the wheelset turned as a rigid body (no small-roll approximation)"],
+                           columns, [rotated_row(D(k) / 1000) for k in range(-8, 9)], digits=13, rel=1e-11, abs_of_max=1e-14)
+    return {"geometry_arcs.csv": full, "geometry_arcs_linear.csv": linear, "geometry_arcs_rotated.csv": rotated}
 
 
 if __name__ == "__main__":

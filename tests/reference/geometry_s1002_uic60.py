@@ -221,8 +221,9 @@ def rows(model: str) -> list[list[float | str]]:
 
 
 def jump_rows(model: str) -> list[list[float | str]]:
-    """Displacements at which a contact point moves by more than 0.4 mm without the wheelset moving: a scan every 0.05 mm
-    for moves above 0.5 mm, each halved down to 1e-6 mm."""
+    """Displacements at which a contact point moves by more than 0.4 mm while the wheelset moves by 1e-4 mm: a scan every
+    0.05 mm for moves above 0.5 mm, each then halved. (Near 6.3 mm the wheel's and the rail's R 13 arcs conform, so that
+    the contact runs through the whole arc within less than 1e-4 mm without being a jump in the strict sense.)"""
     table: list[list[float | str]] = []
     for side in ("right", "left"):
         where = lambda y: getattr(posture(model, y), side).s
@@ -230,7 +231,7 @@ def jump_rows(model: str) -> list[list[float | str]]:
         for low, high in zip(scan, scan[1:]):
             if abs(where(high) - where(low)) < 0.5:
                 continue
-            while high - low > 1e-6:
+            while high - low > 1e-4:
                 middle = (low + high) / 2
                 if abs(where(middle) - where(low)) < abs(where(high) - where(middle)):
                     low = middle
@@ -279,7 +280,7 @@ def generate() -> dict[str, refcsv.Table]:
         given + ["s_wheel from the tape circle, outboard positive; outboard_rail from the track's middle; depth_rail below the rail top"],
         columns + ["rrd_m"], rows("rotated") + rows("small"), digits=11, rel=1e-7, abs_of_max=1e-8)
     jumps = refcsv.Table(given, ["model", "side", "u_y_m", "s_wheel_before_m", "s_wheel_after_m"],
-                         jump_rows("rotated") + jump_rows("small"), digits=9, rel=1e-5, abs_of_max=1e-6)
+                         jump_rows("rotated") + jump_rows("small"), digits=7, rel=1e-4, abs_of_max=1e-4)
     return {"geometry_s1002_uic60.csv": table, "geometry_s1002_uic60_jumps.csv": jumps}
 
 
