@@ -8,7 +8,8 @@
  * told how many CATCH_UP  every tick is run, late ones at once, until the loop is on time again
  *   HALT      the loop ends at the first overrun
  * A missed tick is charged to the system if the callback before it took less than a period (the
- * loop was woken late), else to the callback.
+ * loop was woken late), else to the callback; a virtual machine that is paused during the callback
+ * is charged to it as well, since the two cannot be told apart.
  *
  * While it runs, the loop locks memory, touches its stack, asks for SCHED_FIFO, the finest timer
  * slack and no deep idle states, as far as it may; what it may not is a warning, never a failure.

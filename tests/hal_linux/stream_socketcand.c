@@ -2,8 +2,8 @@
  * stream_socketcand - a socketcand server under load, for measurements with clients of other make.
  * usage: stream_socketcand SECONDS FRAMES_PER_TICK [PRIORITY]
  * Every millisecond it sends FRAMES frames, identifiers 0x100 + i, data the tick as 8 bytes
- * little-endian. It prints "port N" when it listens, and at the end one JSON object: the counts, and
- * the report of the loop. SIGINT and SIGTERM end it early.
+ * little-endian. It prints "port N" when it listens, and at the end one JSON object: the counts,
+ * and the report of the loop. SIGINT and SIGTERM end it early.
  */
 #include "kl_realtime.h"
 #include "kl_socketcand.h"
