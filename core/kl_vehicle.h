@@ -24,8 +24,8 @@ extern "C" {
 enum kl_freedom { KL_Y = 0, KL_Z = 1, KL_ROLL = 2, KL_PITCH = 3, KL_YAW = 4, KL_FREEDOMS = 5 };
 #define KL_HAS(freedom) (1u << (unsigned)(freedom))
 
-/* Ends of a force element: a body's index, KL_WHEELSET_END(i), or the moving straight frame at the
- * same x. */
+/* Ends of a force element: a body's index, KL_WHEELSET_END(i), or the ground: the track frame at
+ * the reference point, which runs along with the vehicle. */
 #define KL_GROUND_END (-1)
 #define KL_WHEELSET_END(i) (0x100 + (i))
 
@@ -35,7 +35,7 @@ struct kl_body_def {
     double inertia_kgm2[3]; /* Ixx, Iyy, Izz > 0 */
     double x_m;             /* centre of mass */
     double z_m;             /* centre of mass, negative above the rail */
-    uint32_t freedoms;      /* KL_HAS bits, at least one */
+    uint32_t freedoms; /* KL_HAS bits, at least one; without KL_Z its weight must be in load_N */
 };
 
 struct kl_wheelset_def {
@@ -50,9 +50,13 @@ struct kl_wheelset_def {
     struct kl_creep_def creep;
 };
 
-/* A linear spring and damper, parallel, in three directions and about three axes, between a point
+/*
+ * A linear spring and damper, parallel, in three directions and about three axes, between a point
  * of one body and a point of another. Order of k and c: x, y, z (N/m, N s/m), about x, y, z (N
- * m/rad, N m s/rad). */
+ * m/rad, N m s/rad). A wheelset rolls freely and does not pitch with its axle boxes: it takes no
+ * longitudinal force but as a yaw moment, so in an element that ends on a wheelset the x direction
+ * knows yaw alone, not pitch.
+ */
 struct kl_element_def {
     char name[KL_NAME_SIZE];
     int32_t end_a;
@@ -97,10 +101,8 @@ struct kl_wheelset {
     kl_real inertia_spin_kgm2;
     kl_real inertia_yaw_kgm2;
     kl_real x_m;
-    kl_real
-        preload_N; /* static vertical suspension force and dead load on the axle, positive down */
-    kl_real preload_roll_Nm; /* static suspension moment about x */
-    kl_real static_load_N;   /* preload + own weight: the axle load */
+    kl_real preload[4];    /* static force of suspension and dead load: y, z (N), roll, yaw (N m) */
+    kl_real static_load_N; /* vertical preload and own weight: the axle load */
     uint32_t pair;
     struct kl_creep_def creep;
 };

@@ -1,0 +1,23 @@
+/* kl_suspension.h - assembling the suspension. Internal to the core (vehicle room). */
+#ifndef KL_SUSPENSION_H
+#define KL_SUSPENSION_H
+
+#include "kl_vehicle.h"
+
+/* Coordinates of body b's five freedoms and wheelset w's four (y, z, roll, yaw) in a vehicle of
+ * n_bodies. */
+static inline uint32_t kl_body_coordinate(uint32_t b) {
+    return KL_FREEDOMS * b;
+}
+static inline uint32_t kl_wheelset_coordinate(uint32_t n_bodies, uint32_t w) {
+    return KL_FREEDOMS * n_bodies + 4u * w;
+}
+
+/* Checks the elements, assembles stiffness and damping, and finds the static reactions on the
+ * wheelsets: `preload` has four entries a wheelset, `axle_z_m` each axle's height (negative). The
+ * sparse rows are the arena's; scratch is given back. */
+enum kl_status kl_suspension_build(const struct kl_vehicle_def *def, const double *axle_z_m,
+                                   struct kl_arena *arena, struct kl_suspension *suspension,
+                                   double *preload, struct kl_diag *diag);
+
+#endif

@@ -1,0 +1,327 @@
+/* kl_vehicle.c - from definitions to the model, and the model's identity. */
+#include "kl_vehicle.h"
+
+#include "kl_diag.h"
+#include "kl_math.h"
+#include "kl_step.h"
+#include "kl_suspension.h"
+
+static int positive(double x, double limit) {
+    return x > 0.0 && x < limit;
+}
+
+static enum kl_status check_body(const struct kl_body_def *b, int32_t i, struct kl_diag *diag) {
+    if (!positive(b->mass_kg, 1e7)) {
+        return kl_report(diag, KL_ERR_VALUE, "body: mass_kg must be in 0..1e7", i, b->mass_kg);
+    }
+    for (int k = 0; k < 3; k++) {
+        if (!positive(b->inertia_kgm2[k], 1e9)) {
+            return kl_report(diag, KL_ERR_VALUE, "body: inertia_kgm2 must be in 0..1e9", i,
+                             b->inertia_kgm2[k]);
+        }
+    }
+    if (!(kl_abs(b->x_m) < 1e3 && kl_abs(b->z_m) < 20.0)) {
+        return kl_report(diag, KL_ERR_VALUE, "body: |x_m| must be below 1000, |z_m| below 20", i,
+                         kl_abs(b->x_m) < 1e3 ? b->z_m : b->x_m);
+    }
+    if (b->freedoms == 0 || b->freedoms >= KL_HAS(KL_FREEDOMS)) {
+        return kl_report(diag, KL_ERR_VALUE, "body: freedoms must be 1..31", i, b->freedoms);
+    }
+    return KL_OK;
+}
+
+static enum kl_status check_creep(const struct kl_creep_def *c, int32_t i, struct kl_diag *diag) {
+    if (c->law != KL_CREEP_LINEAR && c->law != KL_CREEP_SHE) {
+        return kl_report(diag, KL_ERR_VALUE, "creep: unknown law", i, (double)c->law);
+    }
+    if (!(c->friction >= KL_R(0) && c->friction <= KL_R(2))) {
+        return kl_report(diag, KL_ERR_VALUE, "creep: friction must be in 0..2", i,
+                         (double)c->friction);
+    }
+    const kl_real f[4] = {c->f11_N, c->f22_N, c->f23_Nm, c->f33_Nm2};
+    for (int k = 0; k < 4; k++) {
+        if (!(f[k] >= KL_R(0) && f[k] < KL_R(1e12))) {
+            return kl_report(diag, KL_ERR_VALUE, "creep: f11..f33 must be in 0..1e12", i,
+                             (double)f[k]);
+        }
+    }
+    return KL_OK;
+}
+
+static enum kl_status check_wheelset(const struct kl_vehicle_def *def, uint32_t index,
+                                     struct kl_diag *diag) {
+    const struct kl_wheelset_def *w = &def->wheelsets[index];
+    const int32_t i = (int32_t)index;
+    if (!positive(w->mass_kg, 1e5)) {
+        return kl_report(diag, KL_ERR_VALUE, "wheelset: mass_kg must be in 0..1e5", i, w->mass_kg);
+    }
+    const double inertia[3] = {w->inertia_roll_kgm2, w->inertia_spin_kgm2, w->inertia_yaw_kgm2};
+    for (int k = 0; k < 3; k++) {
+        if (!positive(inertia[k], 1e6)) {
+            return kl_report(diag, KL_ERR_VALUE, "wheelset: inertias must be in 0..1e6 kg m2", i,
+                             inertia[k]);
+        }
+    }
+    if (!(kl_abs(w->x_m) < 1e3)) {
+        return kl_report(diag, KL_ERR_VALUE, "wheelset: |x_m| must be below 1000", i, w->x_m);
+    }
+    if (!(w->load_N >= 0.0 && w->load_N < 1e7)) {
+        return kl_report(diag, KL_ERR_VALUE, "wheelset: load_N must be in 0..1e7", i, w->load_N);
+    }
+    if (w->pair >= def->n_pairs) {
+        return kl_report(diag, KL_ERR_REFERENCE, "wheelset: no such wheel-rail pair", i, w->pair);
+    }
+    return check_creep(&w->creep, i, diag);
+}
+
+static enum kl_status check_vehicle(const struct kl_vehicle_def *def, struct kl_diag *diag) {
+    if (def->n_bodies > KL_MAX_BODIES || def->n_wheelsets > KL_MAX_WHEELSETS ||
+        def->n_pairs > KL_MAX_PAIRS || def->n_elements > KL_MAX_ELEMENTS) {
+        return kl_report(diag, KL_ERR_CAPACITY,
+                         "vehicle: too many bodies, wheelsets, pairs or elements", -1, 0.0);
+    }
+    if (def->n_wheelsets == 0 || def->n_pairs == 0 || def->wheelsets == NULL ||
+        def->pairs == NULL || (def->n_bodies != 0 && def->bodies == NULL) ||
+        (def->n_elements != 0 && def->elements == NULL) || def->track == NULL) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "vehicle: needs a wheelset, a pair and a track", -1,
+                         0.0);
+    }
+    if (def->step_ns < 10000 || def->step_ns > 10000000) {
+        return kl_report(diag, KL_ERR_VALUE, "vehicle: step_ns must be in 10000..10000000", -1,
+                         (double)def->step_ns);
+    }
+    if (!(def->gravity_m_s2 >= 0.0 && def->gravity_m_s2 <= 20.0)) {
+        return kl_report(diag, KL_ERR_VALUE, "vehicle: gravity_m_s2 must be in 0..20", -1,
+                         def->gravity_m_s2);
+    }
+    if (!positive(def->acceleration_limit_m_s2, 1e3)) {
+        return kl_report(diag, KL_ERR_VALUE, "vehicle: acceleration_limit_m_s2 must be in 0..1000",
+                         -1, def->acceleration_limit_m_s2);
+    }
+    enum kl_status status = KL_OK;
+    for (uint32_t i = 0; i < def->n_bodies && status == KL_OK; i++) {
+        status = check_body(&def->bodies[i], (int32_t)i, diag);
+    }
+    for (uint32_t i = 0; i < def->n_wheelsets && status == KL_OK; i++) {
+        status = check_wheelset(def, i, diag);
+    }
+    return status;
+}
+
+static void copy_name(char *to, const char *from) {
+    uint32_t i = 0;
+    for (; i + 1u < KL_NAME_SIZE && from[i] != '\0'; i++) {
+        to[i] = from[i];
+    }
+    for (; i < KL_NAME_SIZE; i++) {
+        to[i] = '\0';
+    }
+}
+
+static void set_body(struct kl_body *to, const struct kl_body_def *from) {
+    copy_name(to->name, from->name);
+    to->mass_kg = (kl_real)from->mass_kg;
+    for (int k = 0; k < 3; k++) {
+        to->inertia_kgm2[k] = (kl_real)from->inertia_kgm2[k];
+    }
+    to->x_m = (kl_real)from->x_m;
+    to->z_m = (kl_real)from->z_m;
+    to->freedoms = from->freedoms;
+}
+
+static void set_wheelset(struct kl_wheelset *to, const struct kl_wheelset_def *from,
+                         const double *preload, double gravity) {
+    copy_name(to->name, from->name);
+    to->mass_kg = (kl_real)from->mass_kg;
+    to->inertia_roll_kgm2 = (kl_real)from->inertia_roll_kgm2;
+    to->inertia_spin_kgm2 = (kl_real)from->inertia_spin_kgm2;
+    to->inertia_yaw_kgm2 = (kl_real)from->inertia_yaw_kgm2;
+    to->x_m = (kl_real)from->x_m;
+    for (int k = 0; k < 4; k++) {
+        to->preload[k] = (kl_real)preload[k];
+    }
+    to->static_load_N = (kl_real)(preload[1] + from->mass_kg * gravity);
+    to->pair = from->pair;
+    to->creep = from->creep;
+}
+
+static uint32_t count_freedoms(uint32_t freedoms) {
+    uint32_t n = 0;
+    for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+        n += (freedoms & KL_HAS(f)) != 0 ? 1u : 0u;
+    }
+    return n;
+}
+
+static enum kl_status build_pairs(const struct kl_vehicle_def *def, struct kl_arena *arena,
+                                  struct kl_model *model, struct kl_diag *diag) {
+    struct kl_pair *pairs = kl_arena_take(arena, def->n_pairs, sizeof *pairs);
+    if (pairs == NULL) {
+        return kl_report(diag, KL_ERR_MEMORY, "pairs", -1, (double)arena->wanted);
+    }
+    for (uint32_t i = 0; i < def->n_pairs; i++) {
+        const enum kl_status status = kl_pair_build(&def->pairs[i], arena, &pairs[i], diag);
+        if (status != KL_OK) {
+            if (diag != NULL && diag->index < 0) {
+                diag->index = (int32_t)i;
+            }
+            return status;
+        }
+    }
+    model->pairs = pairs;
+    model->n_pairs = def->n_pairs;
+    return KL_OK;
+}
+
+static enum kl_status build_parts(const struct kl_vehicle_def *def, struct kl_arena *arena,
+                                  struct kl_model *model, struct kl_diag *diag) {
+    struct kl_body *bodies = kl_arena_take(arena, def->n_bodies + 1u, sizeof *bodies);
+    struct kl_wheelset *wheelsets = kl_arena_take(arena, def->n_wheelsets, sizeof *wheelsets);
+    if (bodies == NULL || wheelsets == NULL) {
+        return kl_report(diag, KL_ERR_MEMORY, "bodies and wheelsets", -1, (double)arena->wanted);
+    }
+    double axle_z_m[KL_MAX_WHEELSETS];
+    double preload[4 * KL_MAX_WHEELSETS];
+    for (uint32_t i = 0; i < def->n_wheelsets; i++) {
+        axle_z_m[i] = -(double)model->pairs[def->wheelsets[i].pair].radius_m;
+    }
+    const enum kl_status status =
+        kl_suspension_build(def, axle_z_m, arena, &model->suspension, preload, diag);
+    if (status != KL_OK) {
+        return status;
+    }
+    model->n_states = KL_WHEELSET_STATES * def->n_wheelsets;
+    for (uint32_t i = 0; i < def->n_bodies; i++) {
+        set_body(&bodies[i], &def->bodies[i]);
+        model->n_states += 2u * count_freedoms(bodies[i].freedoms);
+    }
+    for (uint32_t i = 0; i < def->n_wheelsets; i++) {
+        set_wheelset(&wheelsets[i], &def->wheelsets[i], &preload[4u * i], def->gravity_m_s2);
+        if (!(wheelsets[i].static_load_N >= KL_R(0))) {
+            return kl_report(diag, KL_ERR_VALUE, "wheelset: static load is negative", (int32_t)i,
+                             (double)wheelsets[i].static_load_N);
+        }
+    }
+    model->n_bodies = def->n_bodies;
+    model->n_wheelsets = def->n_wheelsets;
+    model->bodies = bodies;
+    model->wheelsets = wheelsets;
+    return KL_OK;
+}
+
+enum kl_status kl_build(const struct kl_vehicle_def *def, struct kl_arena *arena,
+                        struct kl_model *model, struct kl_diag *diag) {
+    if (def == NULL || arena == NULL || model == NULL) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "kl_build: NULL", -1, 0.0);
+    }
+    const struct kl_model blank = {0};
+    *model = blank;
+    (void)kl_report(diag, KL_OK, "", -1, 0.0);
+    enum kl_status status = check_vehicle(def, diag);
+    status = status == KL_OK ? build_pairs(def, arena, model, diag) : status;
+    status = status == KL_OK ? build_parts(def, arena, model, diag) : status;
+    status = status == KL_OK ? kl_track_build(def->track, arena, &model->track, diag) : status;
+    if (status != KL_OK) {
+        return status;
+    }
+    model->version = KL_MODEL_VERSION;
+    model->real_bytes = sizeof(kl_real);
+    copy_name(model->name, def->name);
+    model->step_ns = def->step_ns;
+    model->step_s = (kl_real)((double)def->step_ns * 1e-9);
+    model->gravity_m_s2 = (kl_real)def->gravity_m_s2;
+    model->acceleration_limit_m_s2 = (kl_real)def->acceleration_limit_m_s2;
+    model->hash = kl_model_hash(model);
+    return KL_OK;
+}
+
+/* ---- identity ---- */
+
+static uint64_t hash_real(uint64_t h, kl_real x) {
+    return kl_hash_bytes(h, &x, sizeof x);
+}
+
+static uint64_t hash_u32(uint64_t h, uint32_t x) {
+    return kl_hash_bytes(h, &x, sizeof x);
+}
+
+static uint64_t hash_bodies(uint64_t h, const struct kl_model *m) {
+    for (uint32_t i = 0; i < m->n_bodies; i++) {
+        const struct kl_body *b = &m->bodies[i];
+        h = kl_hash_bytes(h, b->name, sizeof b->name);
+        h = hash_real(h, b->mass_kg);
+        h = kl_hash_bytes(h, b->inertia_kgm2, sizeof b->inertia_kgm2);
+        h = hash_real(hash_real(h, b->x_m), b->z_m);
+        h = hash_u32(h, b->freedoms);
+    }
+    for (uint32_t i = 0; i < m->n_wheelsets; i++) {
+        const struct kl_wheelset *w = &m->wheelsets[i];
+        const kl_real values[] = {
+            w->mass_kg,     w->inertia_roll_kgm2, w->inertia_spin_kgm2, w->inertia_yaw_kgm2,
+            w->x_m,         w->preload[0],        w->preload[1],        w->preload[2],
+            w->preload[3],  w->static_load_N,     w->creep.friction,    w->creep.f11_N,
+            w->creep.f22_N, w->creep.f23_Nm,      w->creep.f33_Nm2};
+        h = kl_hash_bytes(h, w->name, sizeof w->name);
+        h = kl_hash_bytes(h, values, sizeof values);
+        h = hash_u32(hash_u32(h, w->pair), (uint32_t)w->creep.law);
+    }
+    return h;
+}
+
+static uint64_t hash_pairs(uint64_t h, const struct kl_model *m) {
+    for (uint32_t i = 0; i < m->n_pairs; i++) {
+        const struct kl_pair *p = &m->pairs[i];
+        const kl_real values[] = {p->step_m,   p->range_m,         p->base_m,
+                                  p->radius_m, p->share[KL_RIGHT], p->share[KL_LEFT]};
+        h = hash_u32(h, p->half);
+        h = kl_hash_bytes(h, values, sizeof values);
+        for (int s = 0; s < KL_SIDES; s++) {
+            h = kl_hash_bytes(h, p->side[s].rows, (2u * p->half + 1u) * sizeof(struct kl_row));
+        }
+    }
+    return h;
+}
+
+static uint64_t hash_ramps(uint64_t h, const struct kl_ramps *ramps) {
+    h = hash_u32(h, ramps->n);
+    h = kl_hash_bytes(h, ramps->ramp, ramps->n * sizeof(struct kl_ramp));
+    h = hash_u32(h, ramps->n_bins);
+    return kl_hash_bytes(h, ramps->bin, ramps->n_bins * sizeof(uint16_t));
+}
+
+uint64_t kl_model_hash(const struct kl_model *m) {
+    uint64_t h = KL_HASH_SEED;
+    h = hash_u32(hash_u32(h, m->version), m->real_bytes);
+    h = kl_hash_bytes(h, m->name, sizeof m->name);
+    h = kl_hash_bytes(h, &m->step_ns, sizeof m->step_ns);
+    h = hash_real(hash_real(h, m->gravity_m_s2), m->acceleration_limit_m_s2);
+    h = hash_u32(hash_u32(hash_u32(h, m->n_bodies), m->n_wheelsets), m->n_pairs);
+    h = hash_bodies(h, m);
+    h = hash_pairs(h, m);
+    const struct kl_suspension *s = &m->suspension;
+    h = hash_u32(h, s->n_coordinates);
+    h = kl_hash_bytes(h, s->row_start, (s->n_coordinates + 1u) * sizeof(uint16_t));
+    h = kl_hash_bytes(h, s->column, s->n_entries * sizeof(uint16_t));
+    h = kl_hash_bytes(h, s->k, s->n_entries * sizeof(kl_real));
+    h = kl_hash_bytes(h, s->c, s->n_entries * sizeof(kl_real));
+    h = hash_ramps(hash_ramps(h, &m->track.curvature), &m->track.cant);
+    h = hash_u32(h, m->track.irregularity != NULL ? m->track.n_samples : 0u);
+    if (m->track.irregularity != NULL) {
+        h = hash_real(hash_real(h, m->track.start_m), m->track.step_m);
+        h = kl_hash_bytes(h, m->track.irregularity,
+                          (m->track.n_samples + 2u) * sizeof(struct kl_irregularity_row));
+    }
+    return h;
+}
+
+enum kl_status kl_model_check(const struct kl_model *model) {
+    if (model == NULL) {
+        return KL_ERR_ARGUMENT;
+    }
+    if (model->version != KL_MODEL_VERSION || model->real_bytes != sizeof(kl_real) ||
+        model->n_bodies > KL_MAX_BODIES || model->n_wheelsets > KL_MAX_WHEELSETS ||
+        model->n_wheelsets == 0 || model->n_states > KL_MAX_STATES) {
+        return KL_ERR_VALUE;
+    }
+    return model->hash == kl_model_hash(model) ? KL_OK : KL_ERR_VALUE;
+}
