@@ -138,7 +138,7 @@ struct kl_value_name {
 struct kl_signal {
     const char *name;    /* unique in its message */
     const char *unit;    /* "" for none */
-    const char *comment; /* one line, without quotes */
+    const char *comment; /* one line, without quotes, bars and semicolons */
     uint8_t start;       /* first bit, little-endian numbering */
     uint8_t length;      /* bits, 1..48 */
     bool is_signed;
@@ -159,7 +159,7 @@ enum kl_message_sender { KL_SENT_BY_NODE = 0, KL_SENT_BY_BENCH };
 
 struct kl_message {
     const char *name;    /* instances: with their number inserted at '#', see kl_message_name */
-    const char *comment; /* one line, without quotes */
+    const char *comment; /* one line, without quotes, bars and semicolons */
     uint16_t id;         /* of instance 0 */
     uint8_t length;      /* bytes */
     enum kl_message_repeat repeat;

@@ -283,7 +283,7 @@ static const struct kl_signal info_signals[] = {
 
 static const struct kl_message messages[KL_MESSAGES] = {
     [KL_MSG_RUN_CONTROL] = {.name = "RunControl",
-                            .comment = "Run control of the simulation; answered by Ack",
+                            .comment = "Run control of the simulation, answered by Ack",
                             .id = 0x010,
                             .sender = KL_SENT_BY_BENCH,
                             .data_id = 0x1010,
