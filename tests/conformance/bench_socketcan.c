@@ -1,5 +1,5 @@
 /* SocketCAN under test on a real vcan; the other node is a plain raw socket of this program. */
-#include "bench.h"
+#include "bench_socketcan.h"
 
 #include "kl_socketcan.h"
 
@@ -20,12 +20,19 @@ static struct kl_socketcan port;
 static struct kl_can can_of_port;
 static int peer = -1;
 
-/* Runs a command of iproute2 on the interface; the %s of the format is its name. */
-static void shell(const char *format) {
+void vcan_shell(const char *format) {
     char command[256];
     (void)snprintf(command, sizeof command, format, interface);
     if (system(command) != 0)
         (void)fprintf(stderr, "bench_socketcan: failed: %s\n", command);
+}
+
+const char *vcan_name(void) {
+    return interface;
+}
+
+bool vcan_inject(const void *frame, size_t bytes) {
+    return send(peer, frame, bytes, 0) == (ssize_t)bytes;
 }
 
 static const char *available(const char *argument) {
@@ -56,7 +63,7 @@ static bool open_port(struct kl_can *can, bool fd) {
     /* A small buffer, so that it can be made to overflow. */
     const struct kl_socketcan_options options = {
         .interface = interface, .fd = fd, .receive_buffer_bytes = 1 << 17};
-    shell("tc qdisc del dev %s root 2>/dev/null; ip link set %1$s up");
+    vcan_shell("tc qdisc del dev %s root 2>/dev/null; ip link set %1$s up");
     if (kl_socketcan_open(&port, &options) != KL_CAN_OK) {
         (void)fprintf(stderr, "bench_socketcan: %s\n", kl_socketcan_text(&port));
         return false;
@@ -122,23 +129,23 @@ static bool peer_hears(struct kl_can_frame *frame) {
 
 /* About 60 frames a second, and room for ten. */
 static void block(void) {
-    shell("tc qdisc add dev %s root tbf rate 8kbit burst 64 limit 160");
+    vcan_shell("tc qdisc add dev %s root tbf rate 8kbit burst 64 limit 160");
 }
 
 static void unblock(void) {
-    shell("tc qdisc del dev %s root");
+    vcan_shell("tc qdisc del dev %s root");
 }
 
 static void take_down(void) {
-    shell("ip link set %s down");
+    vcan_shell("ip link set %s down");
 }
 
 static void bring_up(void) {
-    shell("ip link set %s up");
+    vcan_shell("ip link set %s up");
 }
 
 static void replace(void) {
-    shell("ip link del %s && ip link add dev %1$s type vcan && ip link set %1$s mtu 72 up");
+    vcan_shell("ip link del %s && ip link add dev %1$s type vcan && ip link set %1$s mtu 72 up");
     (void)close(peer);
     (void)open_peer();
 }

@@ -4,6 +4,7 @@
  * Without a BENCH: all that can run here. Exit status: 0 passed, 1 failed, 2 usage, 77 if a BENCH
  * that was asked for cannot run here and nothing failed.
  */
+#include "bench_socketcan.h"
 #include "cases.h"
 
 #include <stdio.h>
@@ -24,7 +25,10 @@ static int run_one(const struct bench *bench, const char *argument) {
         return -1;
     }
     (void)printf("conformance: %s\n", bench->name);
-    return run_cases(bench);
+    int failures = run_cases(bench);
+    if (failures >= 0 && bench == &bench_socketcan)
+        failures += run_vcan_faults();
+    return failures < 0 ? 1 : failures;
 }
 
 static const struct bench *find(const char *word, const char **argument) {
