@@ -37,11 +37,12 @@
  * the configured one, but a supervised set-point stays in force.
  *
  * Sending. A message of period n cycles goes out in the cycles whose number is its phase modulo n;
- * phases are given out one after the other within messages of one period, so that slow messages
- * spread evenly. BUSY: the message is marked, and the NEWEST state is sent in its place in the next
- * cycle, marked ones first; if its next turn comes before that, one drop is counted. After
- * KL_NODE_BUSY_LIMIT refusals in one cycle the rest is marked unsent. DOWN: everything due is
- * dropped and counted, nothing is kept. Acknowledges wait in a ring of KL_NODE_ACKS.
+ * phases 0, 1, 2, ... are given out in the table's order to all messages slower than one cycle, so
+ * that these spread evenly. BUSY: the message is marked, and the NEWEST state is sent in its place
+ * in the next cycle, marked ones first, in turn; if its next turn comes before that, one drop is
+ * counted. After KL_NODE_BUSY_LIMIT refusals in one cycle the rest is marked unsent. DOWN:
+ * everything due is dropped and counted, nothing is kept. Acknowledges wait in a ring of
+ * KL_NODE_ACKS.
  *
  * Nothing received and nothing that the bus does changes the number of model steps in real time.
  * The node owns no memory besides its struct, uses no heap and no clock, and is not for several
@@ -162,6 +163,7 @@ struct kl_node {
     uint32_t recover_wait;  /* cycles until the next attempt */
     uint32_t recover_cycles;
     uint32_t n_slots;
+    uint32_t first_slot; /* where sending begins: the first one refused last time */
     struct kl_node_slot slots[KL_NODE_SLOTS];
     uint32_t ack_head;
     uint32_t n_acks;

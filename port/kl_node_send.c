@@ -9,15 +9,15 @@ static enum kl_status add_slots(struct kl_node *node, uint32_t index) {
         return KL_OK;
     }
     for (uint32_t k = 0; k < n; k++) {
-        uint32_t same_period = 0;
+        uint32_t slower = 0; /* than one cycle: they share out the phases among them */
         if (node->n_slots == KL_NODE_SLOTS) {
             return KL_ERR_CAPACITY;
         }
         for (uint32_t i = 0; i < node->n_slots; i++) {
-            same_period += node->slots[i].cycles == cycles ? 1u : 0u;
+            slower += node->slots[i].cycles > 1 ? 1u : 0u;
         }
         node->slots[node->n_slots++] = (struct kl_node_slot){.cycles = cycles,
-                                                             .wait = same_period % cycles,
+                                                             .wait = slower % cycles,
                                                              .counter = UINT16_MAX,
                                                              .message = (uint8_t)index,
                                                              .instance = (uint8_t)k,
@@ -108,18 +108,17 @@ static void drop_acks(struct kl_node *node) {
     node->n_acks = 0;
 }
 
-/* False: the bus has no room. */
-static bool send_acks(struct kl_node *node) {
+/* Until there are none, or the bus has no room. */
+static void send_acks(struct kl_node *node) {
     for (uint32_t i = 0; i < KL_NODE_ACKS && node->n_acks > 0 && !node->bus_down; i++) {
         enum kl_can_status sent = send_ack(node, &node->acks[node->ack_head]);
         if (sent == KL_CAN_BUSY) {
-            return false;
+            return;
         }
         node->counts.dropped += sent == KL_CAN_OK ? 0u : 1u;
         node->ack_head = (node->ack_head + 1u) % KL_NODE_ACKS;
         node->n_acks--;
     }
-    return true;
 }
 
 static enum kl_can_status send_slot(struct kl_node *node, const struct kl_node_slot *slot) {
@@ -130,11 +129,14 @@ static enum kl_can_status send_slot(struct kl_node *node, const struct kl_node_s
     return hand_over(node, &frame);
 }
 
-/* One pass over the slots whose turn it is in this way. Frames that find no room stay as they are.
- */
+/* One pass over the slots whose turn it is in this way, from the first one that was refused last
+ * time, so that a bus that is too slow serves all of them in turn. Frames that find no room stay as
+ * they are. */
 static void send_slots(struct kl_node *node, enum kl_node_turn turn, uint32_t *refused) {
+    uint32_t first = node->first_slot;
     for (uint32_t i = 0; i < node->n_slots; i++) {
-        struct kl_node_slot *slot = &node->slots[i];
+        uint32_t at = first + i < node->n_slots ? first + i : first + i - node->n_slots;
+        struct kl_node_slot *slot = &node->slots[at];
         if (node->bus_down || *refused >= KL_NODE_BUSY_LIMIT) {
             return;
         }
@@ -143,6 +145,7 @@ static void send_slots(struct kl_node *node, enum kl_node_turn turn, uint32_t *r
         }
         enum kl_can_status sent = send_slot(node, slot);
         if (sent == KL_CAN_BUSY) {
+            node->first_slot = *refused == 0 ? at : node->first_slot;
             (*refused)++;
             continue;
         }
@@ -169,7 +172,7 @@ static void settle(struct kl_node *node) {
 void kl_node_send_all(struct kl_node *node) {
     uint32_t refused = 0;
     if (!node->bus_down) {
-        refused += send_acks(node) ? 0u : 1u;
+        send_acks(node);
         send_slots(node, KL_TURN_LATE, &refused);
         send_slots(node, KL_TURN_NOW, &refused);
     }

@@ -152,9 +152,8 @@ static inline void bench_listen(struct bench *b) {
             b->acks++;
         } else {
             uint16_t counter = (uint16_t)(frame.data[0] | (frame.data[1] << 8));
-            if (b->seen[i][k] > 0) {
-                b->gaps += (uint16_t)(counter - b->counter[i][k] - 1u);
-            }
+            uint16_t expected = (uint16_t)(b->seen[i][k] == 0 ? 0 : b->counter[i][k] + 1);
+            b->gaps += (uint16_t)(counter - expected);
             b->counter[i][k] = counter;
         }
         b->seen[i][k]++;
