@@ -31,17 +31,22 @@ static int grow(struct model_file *mf, size_t wanted, FILE *errors) {
 
 static void say(struct model_parts *parts, const char *key, const struct kl_diag *diag) {
     const char *what = diag->what != NULL ? diag->what : kl_status_text(diag->status);
-    model_error(parts, key, "%s (%g)", what, diag->value);
+    if (diag->index >= 0 && key[0] == 'p') {
+        model_error(parts, key, "%s (%g, point %d)", what, diag->value, (int)diag->index);
+    } else {
+        model_error(parts, key, "%s (%g)", what, diag->value);
+    }
 }
 
 /* The pair that fails when built alone. */
-static int blame_pair(struct model_file *mf, struct kl_arena *arena) {
+static int blame_pair(struct model_file *mf) {
     for (uint32_t i = 0; i < mf->vehicle.n_pairs; i++) {
         struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
+        struct kl_arena arena;
         struct kl_pair pair;
         char key[64];
-        kl_arena_init(arena, mf->arena_memory, mf->arena_size);
-        if (kl_pair_build(&mf->vehicle.pairs[i], arena, &pair, &diag) != KL_OK) {
+        kl_arena_init(&arena, mf->arena_memory, mf->arena_size);
+        if (kl_pair_build(&mf->vehicle.pairs[i], &arena, &pair, &diag) != KL_OK) {
             snprintf(key, sizeof key, "pairs[%u]", i);
             say(mf->vehicle_parts, key, &diag);
             return 1;
@@ -50,21 +55,32 @@ static int blame_pair(struct model_file *mf, struct kl_arena *arena) {
     return 0;
 }
 
-static int blame_track(struct model_file *mf, struct kl_arena *arena) {
-    struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
+/* Builds the track alone, with or without its cant: 1 if that fails. */
+static int track_fails(struct model_file *mf, bool with_cant, struct kl_diag *diag) {
+    struct kl_arena arena;
     struct kl_track track;
-    kl_arena_init(arena, mf->arena_memory, mf->arena_size);
-    if (mf->track_parts == NULL || kl_track_build(&mf->track, arena, &track, &diag) == KL_OK) {
+    struct kl_track_def def = mf->track;
+    def.n_cant = with_cant ? def.n_cant : 0;
+    kl_arena_init(&arena, mf->arena_memory, mf->arena_size);
+    return kl_track_build(&def, &arena, &track, diag) != KL_OK;
+}
+
+static int blame_track(struct model_file *mf) {
+    struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
+    if (mf->track_parts == NULL || !track_fails(mf, true, &diag)) {
         return 0;
     }
+    bool in_cant = !track_fails(mf, false, &diag) && track_fails(mf, true, &diag);
+    const struct outline *outline = &mf->track_parts->outline;
+    bool own_list = outline_find(outline, "cant_segments", NULL) != OUTLINE_NONE;
+    const char *list = in_cant && own_list ? "cant_segments" : "segments";
     char key[64] = "";
-    if (diag.index >= 0 && diag.what != NULL && strstr(diag.what, "curvature") != NULL) {
-        snprintf(key, sizeof key, "segments[%d]", (int)diag.index);
-    } else if (diag.index >= 0 && diag.what != NULL && strstr(diag.what, "cant") != NULL) {
-        bool own = outline_find(&mf->track_parts->outline, "cant_segments", NULL) != OUTLINE_NONE;
-        snprintf(key, sizeof key, "%s[%d]", own ? "cant_segments" : "segments", (int)diag.index);
-    } else if (diag.what != NULL && strstr(diag.what, "irregularit") != NULL) {
+    if (diag.what != NULL && strncmp(diag.what, "irregularit", 11) == 0) {
         snprintf(key, sizeof key, "irregularities");
+    } else if (diag.index >= 0) {
+        snprintf(key, sizeof key, "%s[%d]", list, (int)diag.index);
+    } else {
+        snprintf(key, sizeof key, "%s", list);
     }
     say(mf->track_parts, key, &diag);
     return 1;
@@ -88,17 +104,17 @@ static void element_key(const struct model_file *mf, uint32_t index, char *key, 
 }
 
 static void blame_vehicle(struct model_file *mf, const struct kl_diag *diag) {
-    static const char *const word[] = {"body", "wheelset", "element"};
-    static const char *const list[] = {"bodies", "wheelsets", "elements"};
+    static const char *const word[] = {"body", "wheelset", "creep", "element"};
+    static const char *const list[] = {"bodies", "wheelsets", "wheelsets", "elements"};
     const uint32_t count[] = {mf->vehicle.n_bodies, mf->vehicle.n_wheelsets,
-                              mf->vehicle.n_elements};
+                              mf->vehicle.n_wheelsets, mf->vehicle.n_elements};
     char key[MODEL_PATH_SIZE] = "";
-    for (int i = 0; i < 3 && diag->what != NULL && key[0] == '\0'; i++) {
+    for (int i = 0; i < 4 && diag->what != NULL && key[0] == '\0'; i++) {
         if (strncmp(diag->what, word[i], strlen(word[i])) != 0 || diag->index < 0 ||
             (uint32_t)diag->index >= count[i]) {
             continue;
         }
-        if (i == 2) {
+        if (i == 3) {
             element_key(mf, (uint32_t)diag->index, key, sizeof key);
         } else {
             snprintf(key, sizeof key, "%s[%d]", list[i], (int)diag->index);
@@ -108,14 +124,13 @@ static void blame_vehicle(struct model_file *mf, const struct kl_diag *diag) {
 }
 
 static void explain(struct model_file *mf, const struct kl_diag *diag, FILE *errors) {
-    struct kl_arena arena;
     mf->vehicle_parts->errors = errors;
     mf->vehicle_parts->n_errors = 0;
     if (mf->track_parts != NULL) {
         mf->track_parts->errors = errors;
         mf->track_parts->n_errors = 0;
     }
-    if (!blame_pair(mf, &arena) && !blame_track(mf, &arena)) {
+    if (!blame_pair(mf) && !blame_track(mf)) {
         blame_vehicle(mf, diag);
     }
 }

@@ -81,7 +81,8 @@ static void segment(struct model_parts *parts, const struct raw_segment *raw, do
     struct choice to_curvature =
         curvature(parts, raw->to_curvature_1_m, raw->to_radius_m, key, "to_");
     struct choice to_cant = cant(parts, raw->to_cant_rad, raw->to_cant_mm, base_m, key, "to_");
-    model_positive(parts, raw->length_m, "%s.length_m", key);
+    model_check(parts, raw->length_m >= 0.001 && raw->length_m <= 1e6, "must be 0.001 to 1e6",
+                "%s.length_m", key);
     if (raw->shape == KL_RAMP_CONSTANT) {
         model_check(parts, !to_curvature.given && !to_cant.given,
                     "a constant segment keeps its values: no to_... here", "%s.shape", key);
