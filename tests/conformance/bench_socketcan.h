@@ -6,7 +6,7 @@
 
 /* The interface under test. */
 const char *vcan_name(void);
-/* Runs a shell command; %1$s in the format (or the first %s) is the interface's name. */
+/* Runs a shell command; %s in the format, or %1$s as often as wanted, is the interface's name. */
 void vcan_shell(const char *format);
 /* Puts a struct can_frame or canfd_frame on the bus from the other node as it is. */
 bool vcan_inject(const void *frame, size_t bytes);

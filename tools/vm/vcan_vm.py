@@ -17,6 +17,7 @@ import lzma
 import os
 import platform
 import re
+import select
 import shlex
 import shutil
 import subprocess
@@ -216,21 +217,32 @@ def qemu_command(options: argparse.Namespace, kernel: Path, folder: Path) -> lis
     return command
 
 
+def pass_on_output(guest: subprocess.Popen, deadline: float) -> bool:
+    """Copies the guest's output as it comes, to its end; False if the time is over first."""
+    while (left := deadline - time.monotonic()) > 0:
+        if select.select([guest.stdout], [], [], left)[0]:
+            chunk = os.read(guest.stdout.fileno(), 65536)
+            if not chunk:
+                return True
+            sys.stdout.buffer.write(chunk)
+            sys.stdout.buffer.flush()
+    return False
+
+
 def run_guest(options: argparse.Namespace, kernel: Path, folder: Path) -> int:
     build_initramfs(options, kernel, folder)
     say(options, f"booting the guest for: {shlex.join(options.command)}")
     began = time.monotonic()
-    with subprocess.Popen(qemu_command(options, kernel, folder), stdin=subprocess.DEVNULL) as guest:
+    # QEMU makes the files it writes to non-blocking: it gets a pipe, and not our own output.
+    with subprocess.Popen(qemu_command(options, kernel, folder), stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE) as guest:
         try:
-            guest.wait(timeout=options.timeout)
-        except subprocess.TimeoutExpired:
-            guest.kill()
-            print(f"vcan_vm: no end after {options.timeout:g} s; the guest was switched off",
-                  file=sys.stderr)
-            return STATUS_TIMEOUT
-        except BaseException:
-            guest.kill()
-            raise
+            if not pass_on_output(guest, began + options.timeout):
+                print(f"vcan_vm: no end after {options.timeout:g} s; the guest was switched off",
+                      file=sys.stderr)
+                return STATUS_TIMEOUT
+        finally:
+            guest.kill()  # of no effect where it has ended by itself
     told = (folder / "status").read_text(errors="replace").strip()
     match = re.search(r"^status (\d+)\s*$", told, re.MULTILINE)
     if match is None:
