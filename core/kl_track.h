@@ -15,15 +15,14 @@ extern "C" {
 #endif
 
 #define KL_TRACK_MAX_RAMPS 256
-#define KL_TRACK_MAX_BINS 8192
-#define KL_RAMP_COEFFS 8
+#define KL_TRACK_MAX_BINS 16384
 
 enum kl_ramp_shape {
     KL_RAMP_CONSTANT = 0, /* `to` is not used */
     KL_RAMP_LINEAR = 1,   /* clothoid; straight cant ramp */
     KL_RAMP_BLOSS = 2,    /* 3 t^2 - 2 t^3 */
     KL_RAMP_HALF_SINE =
-        3 /* (1 - cos pi t)/2, as a polynomial of degree 7 within 7e-7 of the step */
+        3 /* (1 - cos pi t)/2, as 16 cubics that meet value and slope: within 3e-6 of the step */
 };
 
 /* One ramp: from the previous ramp's end value to `to`, over `length`. */
@@ -55,26 +54,16 @@ struct kl_track_def {
     struct kl_irregularity_def irregularity;
 };
 
-/* One ramp made ready: value = sum c[k] t^k, t = (s - start)/length. */
-struct kl_ramp {
+/* A piece of track between neighbouring borders of ramps: curvature and cant as cubics in d = s -
+ * start. The first piece reaches back to minus infinity, the last one on to infinity. */
+struct kl_piece {
     kl_real start_m;
-    kl_real inv_length_1_m;
-    kl_real length_m;
-    kl_real c[KL_RAMP_COEFFS];
-    kl_real integral_1; /* int value ds from 0 to start: for curvature, the heading */
-    kl_real integral_2; /* int int value ds ds */
-    kl_real path_x_m;   /* path at the start, curvature only */
+    kl_real curvature[4];
+    kl_real cant[4];
+    kl_real heading_rad; /* int kappa ds from s = 0 to the start */
+    kl_real offset_m;    /* int int kappa ds ds */
+    kl_real path_x_m;    /* path at the start */
     kl_real path_y_m;
-};
-
-/* A piecewise function: ramps, and the ramp in which each bin of s begins. */
-struct kl_ramps {
-    const struct kl_ramp *ramp; /* n entries; the first reaches back to -inf, the last to +inf */
-    uint32_t n;
-    const uint16_t *bin;
-    uint32_t n_bins;
-    kl_real bin_start_m;
-    kl_real inv_bin_1_m;
 };
 
 /* One B-spline control point of the four irregularities. */
@@ -86,11 +75,14 @@ struct kl_irregularity_row {
 };
 
 struct kl_track {
-    struct kl_ramps curvature;
-    struct kl_ramps cant;
-    const struct kl_irregularity_row *irregularity; /* n_samples + 2 control points, or NULL */
+    const struct kl_piece *piece; /* n_pieces */
+    const uint16_t *bin; /* the piece in which each of n_bins equal parts of 0..end begins */
+    uint32_t n_pieces;
+    uint32_t n_bins;
+    kl_real inv_bin_1_m;
     uint32_t n_samples;
-    kl_real start_m;
+    const struct kl_irregularity_row *irregularity; /* n_samples + 2 control points, or NULL */
+    kl_real start_m;                                /* of the irregularities */
     kl_real step_m;
     kl_real inv_step_1_m;
 };

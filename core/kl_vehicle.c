@@ -282,13 +282,6 @@ static uint64_t hash_pairs(uint64_t h, const struct kl_model *m) {
     return h;
 }
 
-static uint64_t hash_ramps(uint64_t h, const struct kl_ramps *ramps) {
-    h = hash_u32(h, ramps->n);
-    h = kl_hash_bytes(h, ramps->ramp, ramps->n * sizeof(struct kl_ramp));
-    h = hash_u32(h, ramps->n_bins);
-    return kl_hash_bytes(h, ramps->bin, ramps->n_bins * sizeof(uint16_t));
-}
-
 uint64_t kl_model_hash(const struct kl_model *m) {
     uint64_t h = KL_HASH_SEED;
     h = hash_u32(hash_u32(h, m->version), m->real_bytes);
@@ -304,7 +297,10 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     h = kl_hash_bytes(h, s->column, s->n_entries * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->k, s->n_entries * sizeof(kl_real));
     h = kl_hash_bytes(h, s->c, s->n_entries * sizeof(kl_real));
-    h = hash_ramps(hash_ramps(h, &m->track.curvature), &m->track.cant);
+    h = hash_u32(hash_u32(h, m->track.n_pieces), m->track.n_bins);
+    h = hash_real(h, m->track.inv_bin_1_m);
+    h = kl_hash_bytes(h, m->track.piece, m->track.n_pieces * sizeof(struct kl_piece));
+    h = kl_hash_bytes(h, m->track.bin, m->track.n_bins * sizeof(uint16_t));
     h = hash_u32(h, m->track.irregularity != NULL ? m->track.n_samples : 0u);
     if (m->track.irregularity != NULL) {
         h = hash_real(hash_real(h, m->track.start_m), m->track.step_m);
