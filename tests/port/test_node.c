@@ -382,6 +382,21 @@ static void too_slow_a_bus_is_refused(void **state) {
     bench_free(b);
 }
 
+static void there_is_a_slot_for_every_message_of_the_largest_vehicle(void **state) {
+    (void)state;
+    static const struct kl_layout largest = {.n_bodies = KL_MAX_BODIES,
+                                             .n_wheelsets = KL_MAX_WHEELSETS,
+                                             .step_ns = 1000000,
+                                             .state_divider = 1};
+    uint32_t slots = 0;
+    for (uint32_t i = 0; i < KL_MESSAGES; i++) {
+        const struct kl_message *message = &kl_signal_messages()[i];
+        bool cyclic = message->period_us != 0 && message->sender == KL_SENT_BY_NODE;
+        slots += cyclic ? kl_message_instances(&largest, message) : 0;
+    }
+    assert_int_equal(slots, KL_NODE_SLOTS);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_starts_in_init_with_time_standing),
@@ -402,6 +417,7 @@ int main(void) {
         cmocka_unit_test(lockstep_and_real_time_give_the_same_bits),
         cmocka_unit_test(bad_configurations_are_refused),
         cmocka_unit_test(too_slow_a_bus_is_refused),
+        cmocka_unit_test(there_is_a_slot_for_every_message_of_the_largest_vehicle),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
