@@ -88,12 +88,10 @@ static uint32_t broadcast(struct kl_socketcand *server, const struct kl_can_fram
         struct kl_socketcand_client *client = &server->client[i];
         if (client->stage != KL_SOCKETCAND_STREAMING || i == but)
             continue;
-        if (put(client, line, length)) {
+        if (put(client, line, length))
             taken++;
-        } else {
-            client->lost++;
+        else
             server->stats.client_lost++;
-        }
     }
     return taken;
 }
@@ -228,7 +226,6 @@ static void accept_client(struct kl_socketcand *server) {
     client->head = client->tail = 0;
     client->line_length = 0;
     client->in_line = client->garbage = false;
-    client->lost = 0;
     server->stats.accepted++;
     server->stats.clients++;
     reply(client, "< hi >");

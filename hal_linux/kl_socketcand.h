@@ -23,7 +23,7 @@
  *
  * Never late: every socket is non-blocking. kl_can_send() only writes to the clients' rings;
  * kl_can_service() moves each ring on with one system call and at most KL_SOCKETCAND_FLUSH_BYTES.
- * A client that does not read loses frames - counted for it - and nobody else does. Commands are
+ * A client that does not read loses frames, which are counted, and nobody else does. Commands are
  * read in kl_can_service(), and once more by the first kl_can_receive() after it that finds
  * nothing.
  *
@@ -84,9 +84,8 @@ struct kl_socketcand_client {
     uint32_t head;    /* ring: bytes written, modulo 2^32 */
     uint32_t tail;    /* ring: bytes sent */
     uint32_t line_length;
-    bool in_line;  /* after <, before > */
-    bool garbage;  /* in a run of bytes outside < >, counted already */
-    uint64_t lost; /* frames that found this client's ring full */
+    bool in_line; /* after <, before > */
+    bool garbage; /* in a run of bytes outside < >, counted already */
     char line[KL_SOCKETCAND_LINE_BYTES];
     char ring[KL_SOCKETCAND_RING_BYTES];
 };

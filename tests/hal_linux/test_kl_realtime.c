@@ -159,6 +159,22 @@ static void catch_up_runs_every_tick(void **state) {
     assert_int_equal(loop.execution.count, 12);
 }
 
+static void runs_of_overruns_are_told_apart(void **state) {
+    (void)state;
+    world.work_ns[3] = 3500 * US;  /* 3 missed */
+    world.work_ns[20] = 5400 * US; /* 5 missed */
+    world.work_ns[40] = 2500 * US; /* 2 missed */
+    assert_int_equal(run(KL_REALTIME_CATCH_UP, 60), KL_REALTIME_DONE);
+    assert_int_equal(loop.overruns, 10);
+    assert_int_equal(loop.longest_run, 5);
+    assert_int_equal(fresh_world(NULL), 0);
+    world.work_ns[3] = 3500 * US;
+    world.work_ns[4] = 2500 * US; /* a tick that ran parts the two rows */
+    assert_int_equal(run(KL_REALTIME_SKIP, 60), KL_REALTIME_DONE);
+    assert_int_equal(loop.overruns, 5);
+    assert_int_equal(loop.longest_run, 3);
+}
+
 static void halt_ends_at_the_first_overrun(void **state) {
     (void)state;
     world.work_ns[3] = 3500 * US;
@@ -427,6 +443,7 @@ int main(void) {
         CASE(work_that_just_fits_is_no_overrun),
         CASE(skip_leaves_missed_ticks_out),
         CASE(catch_up_runs_every_tick),
+        CASE(runs_of_overruns_are_told_apart),
         CASE(halt_ends_at_the_first_overrun),
         CASE(late_wake_up_is_charged_to_the_system),
         CASE(permanent_overload_with_catch_up_still_ends),

@@ -351,11 +351,39 @@ static void vanishing_clients_do_no_harm(void **state) {
     assert_int_equal(stats().clients, 0);
     assert_int_equal(stats().streaming, 0);
     assert_true(stats().accepted >= 30);
+    assert_int_equal(counts().refused, 0); /* no half line of one client became another's */
     struct tcp_peer peer;
     struct kl_can_frame got;
     assert_true(tcp_peer_join(&peer, &can, port(), 0));
     assert_int_equal(kl_can_send(&can, &frame), KL_CAN_OK);
     assert_true(hears(&peer, &got));
+    tcp_peer_close(&peer);
+}
+
+/* Gone before its questions are answered: the second answer meets a closed connection. */
+static void answers_to_the_dead_do_not_kill(void **state) {
+    (void)state;
+    struct tcp_peer peer;
+    signal(SIGPIPE, SIG_DFL);
+    for (int i = 0; i < 20; i++) {
+        assert_true(tcp_peer_join(&peer, &can, port(), 0));
+        assert_true(say(&peer, "< echo >< echo >< echo >< echo >"));
+        tcp_peer_close(&peer);
+        serve(3);
+    }
+    assert_int_equal(stats().clients, 0);
+}
+
+static void late_commands_are_read_by_receive_itself(void **state) {
+    (void)state;
+    struct tcp_peer peer;
+    struct kl_can_frame got;
+    assert_true(tcp_peer_join(&peer, &can, port(), 0));
+    kl_can_service(&can);
+    assert_true(say(&peer, "< send 42 0 >"));
+    test_sleep_us(5000);
+    assert_int_equal(kl_can_receive(&can, &got), KL_CAN_OK);
+    assert_int_equal(got.id, 0x42);
     tcp_peer_close(&peer);
 }
 
@@ -395,6 +423,8 @@ int main(void) {
         CASE(bad_lines_are_counted_once_each),
         CASE(longest_line_passes_and_a_longer_one_does_not),
         CASE(vanishing_clients_do_no_harm),
+        CASE(answers_to_the_dead_do_not_kill),
+        CASE(late_commands_are_read_by_receive_itself),
         CASE(flood_from_a_client_is_bounded_and_counted),
     };
     return cmocka_run_group_tests_name("kl_socketcand", tests, NULL, NULL);
