@@ -9,6 +9,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "model_file.h"
 
@@ -360,8 +361,48 @@ static void test_all_models_build(void **state) {
         free(entries[i]);
     }
     free(entries);
-    assert_int_equal(vehicles, 5);
+    assert_int_equal(vehicles, 6);
     assert_int_equal(tracks, 4);
+}
+
+/* The n-th yaml sample of the README, from 0, into a file. */
+static void sample(int n, const char *path) {
+    char line[512];
+    int seen = -1;
+    int inside = 0;
+    FILE *from = fopen("models/README.md", "r");
+    FILE *to = fopen(path, "w");
+    assert_non_null(from);
+    assert_non_null(to);
+    while (fgets(line, sizeof line, from) != NULL) {
+        if (strncmp(line, "```", 3) == 0) {
+            seen += inside ? 0 : 1;
+            inside = !inside;
+        } else if (inside && seen == n) {
+            fputs(line, to);
+        }
+    }
+    fclose(from);
+    fclose(to);
+}
+
+static void test_samples_of_the_readme(void **state) {
+    (void)state;
+    char vehicle[64];
+    char track[64];
+    struct model_file mf;
+    struct kl_model model;
+    snprintf(vehicle, sizeof vehicle, "/tmp/klingel_vehicle_%ld.yaml", (long)getpid());
+    snprintf(track, sizeof track, "/tmp/klingel_track_%ld.yaml", (long)getpid());
+    sample(0, vehicle);
+    sample(1, track);
+    load(&mf, vehicle, track);
+    assert_int_equal(model_file_build(&mf, &model, stderr), 0);
+    assert_int_equal(mf.vehicle.n_elements, 4);
+    assert_int_equal(mf.track.n_curvature, 4);
+    model_file_free(&mf);
+    (void)unlink(vehicle);
+    (void)unlink(track);
 }
 
 static void test_free_is_harmless(void **state) {
@@ -396,6 +437,7 @@ int main(void) {
         cmocka_unit_test(test_set_refuses),
         cmocka_unit_test(test_set_through_an_alias),
         cmocka_unit_test(test_all_models_build),
+        cmocka_unit_test(test_samples_of_the_readme),
         cmocka_unit_test(test_free_is_harmless),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
