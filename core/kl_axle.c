@@ -3,6 +3,7 @@
 
 #include "kl_lookup.h"
 #include "kl_math.h"
+#include "kl_saturate.h"
 
 static kl_real lerp(kl_real a, kl_real b, kl_real t) {
     return a + t * (b - a);
@@ -25,27 +26,46 @@ static struct cell cell_at(const struct kl_pair *pair, const struct kl_side_tabl
     return cell;
 }
 
-static void read_wheel(const struct kl_pair *pair, const struct kl_side_table *table, kl_real w,
-                       struct kl_wheel *wheel) {
-    wheel->place = w * pair->inv_step_1_m + (kl_real)pair->half;
-    const struct cell cell = cell_at(pair, table, wheel->place);
-    const struct kl_row *a = cell.a;
-    const struct kl_row *b = cell.b;
-    const kl_real t = cell.t;
-    const struct kl_hermite h = kl_hermite(a, b, t, pair->step_m, pair->inv_step_1_m);
-    wheel->height = h.value;
-    wheel->height_w = h.slope;
-    wheel->height_ww = h.second;
-    wheel->arm = lerp(a->arm_m, b->arm_m, t);
-    wheel->radius = lerp(a->radius_m, b->radius_m, t);
-    wheel->sin_delta = lerp(a->sin_delta, b->sin_delta, t);
-    wheel->cos_delta = lerp(a->cos_delta, b->cos_delta, t);
-    wheel->inv_cos = KL_R(1) / wheel->cos_delta;
-    wheel->unit.f11_N = lerp(a->f11_1, b->f11_1, t);
-    wheel->unit.f22_N = lerp(a->f22_1, b->f22_1, t);
-    wheel->unit.f23_Nm = lerp(a->f23_1, b->f23_1, t);
-    wheel->unit.f33_Nm2 = lerp(a->f33_1, b->f33_1, t);
+/* Height, slope and bend of one side's table at its place. */
+struct ride {
+    kl_real height[KL_SIDES];
+    kl_real slope[KL_SIDES];
+    kl_real bend[KL_SIDES];
+};
+
+#define COLUMNS 8 /* arm, radius, sin, cos, f11, f22, f23, f33: neighbours in a row */
+
+static void read_tables(const struct kl_pair *pair, const kl_real w[KL_SIDES], struct kl_axle *axle,
+                        struct ride *ride) {
+    kl_real column[KL_SIDES][COLUMNS];
+    for (int s = 0; s < KL_SIDES; s++) {
+        axle->place[s] = w[s] * pair->inv_step_1_m + (kl_real)pair->half;
+        const struct cell cell = cell_at(pair, &pair->side[s], axle->place[s]);
+        const struct kl_hermite h =
+            kl_hermite(cell.a, cell.b, cell.t, pair->step_m, pair->inv_step_1_m);
+        ride->height[s] = h.value;
+        ride->slope[s] = h.slope;
+        ride->bend[s] = h.second;
+        const kl_real *a = &cell.a->arm_m;
+        const kl_real *b = &cell.b->arm_m;
+        for (int c = 0; c < COLUMNS; c++) {
+            column[s][c] = lerp(a[c], b[c], cell.t);
+        }
+    }
+    for (int s = 0; s < KL_SIDES; s++) {
+        axle->arm[s] = column[s][0];
+        axle->radius[s] = column[s][1];
+        axle->sin_delta[s] = column[s][2];
+        axle->cos_delta[s] = column[s][3];
+        axle->f11[s] = column[s][4];
+        axle->f22[s] = column[s][5];
+        axle->f23[s] = column[s][6];
+        axle->f33[s] = column[s][7];
+        axle->inv_cos[s] = KL_R(1) / axle->cos_delta[s];
+    }
 }
+
+static const kl_real side_sign[KL_SIDES] = {KL_R(1), KL_R(-1)};
 
 /*
  * Displacement relative to the rails: u = y - y0 - r0 phi_x (the cross-level phi_x turns the
@@ -64,6 +84,7 @@ void kl_axle_posture(const struct kl_pair *pair, const kl_real *x, kl_real speed
     axle->spin = x[KL_WS_SPIN];
     axle->y_rate = axle->y_abs_rate - r0 * (v * track->cant_s_1_m);
 
+    /* d2/dt2 of anything that runs along the track: V^2 f'' + V' f' */
     const kl_real cant_rest = v2 * track->cant_ss_1_m2 + speed_rate_m_s2 * track->cant_s_1_m;
     const kl_real place0 = track->value.lateral_m + r0 * track->value.cross_rad;
     const kl_real place1 = track->slope.lateral_m + r0 * track->slope.cross_rad;
@@ -75,179 +96,196 @@ void kl_axle_posture(const struct kl_pair *pair, const kl_real *x, kl_real speed
     const kl_real gauge_rate = KL_R(0.5) * (v * track->slope.gauge_m);
     const kl_real gauge_rest =
         KL_R(0.5) * (v2 * track->second.gauge_m + speed_rate_m_s2 * track->slope.gauge_m);
-    axle->faults = 0;
+    const kl_real w[KL_SIDES] = {u - gauge, -u - gauge};
+    struct ride ride;
+    read_tables(pair, w, axle, &ride);
+    /* the comparison is also false for a NaN */
+    const int on_table =
+        kl_abs_real(w[KL_RIGHT]) <= pair->range_m && kl_abs_real(w[KL_LEFT]) <= pair->range_m;
+    axle->faults = on_table ? 0u : (uint32_t)KL_FAULT_DERAILED;
+
+    kl_real rate[KL_SIDES]; /* dH/dt, and d2H/dt2 without y'' */
+    kl_real rest[KL_SIDES];
     for (int s = 0; s < KL_SIDES; s++) {
-        struct kl_wheel *wheel = &axle->wheel[s];
-        const kl_real sign = s == KL_RIGHT ? KL_R(1) : KL_R(-1);
-        const kl_real w = sign * u - gauge;
-        wheel->w_rate = sign * u_rate - gauge_rate;
-        wheel->w_rest = sign * u_rest - gauge_rest;
-        read_wheel(pair, &pair->side[s], w, wheel);
-        /* also true for a NaN */
-        if (!(kl_abs_real(w) <= pair->range_m)) {
-            axle->faults |= (uint32_t)KL_FAULT_DERAILED;
-        }
+        const kl_real w_rate = side_sign[s] * u_rate - gauge_rate;
+        const kl_real w_rest = side_sign[s] * u_rest - gauge_rest;
+        rate[s] = ride.slope[s] * w_rate;
+        rest[s] = ride.bend[s] * (w_rate * w_rate) + ride.slope[s] * w_rest;
     }
-    const struct kl_wheel *r = &axle->wheel[KL_RIGHT];
-    const struct kl_wheel *l = &axle->wheel[KL_LEFT];
-    const kl_real inv_base = KL_R(1) / pair->base_m;
+    const kl_real inv_base = pair->inv_base_1_m;
     const kl_real q_r = pair->share[KL_RIGHT];
     const kl_real q_l = pair->share[KL_LEFT];
-    axle->z_y = q_r * r->height_w - q_l * l->height_w;
-    axle->phi_y = (r->height_w + l->height_w) * inv_base;
-    const kl_real rate_r = r->height_w * r->w_rate;
-    const kl_real rate_l = l->height_w * l->w_rate;
-    const kl_real rest_r = r->height_ww * (r->w_rate * r->w_rate) + r->height_w * r->w_rest;
-    const kl_real rest_l = l->height_ww * (l->w_rate * l->w_rate) + l->height_w * l->w_rest;
-    axle->z = (q_r * r->height + q_l * l->height) + track->value.vertical_m;
-    axle->z_rate = (q_r * rate_r + q_l * rate_l) + v * track->slope.vertical_m;
-    axle->z_rest = (q_r * rest_r + q_l * rest_l) +
+    axle->z_y = q_r * ride.slope[KL_RIGHT] - q_l * ride.slope[KL_LEFT];
+    axle->phi_y = (ride.slope[KL_RIGHT] + ride.slope[KL_LEFT]) * inv_base;
+    axle->z = (q_r * ride.height[KL_RIGHT] + q_l * ride.height[KL_LEFT]) + track->value.vertical_m;
+    axle->z_rate = (q_r * rate[KL_RIGHT] + q_l * rate[KL_LEFT]) + v * track->slope.vertical_m;
+    axle->z_rest = (q_r * rest[KL_RIGHT] + q_l * rest[KL_LEFT]) +
                    (v2 * track->second.vertical_m + speed_rate_m_s2 * track->slope.vertical_m);
-    axle->roll = (r->height - l->height) * inv_base + track->value.cross_rad;
-    axle->roll_rate = (rate_r - rate_l) * inv_base + v * track->slope.cross_rad;
+    axle->roll = (ride.height[KL_RIGHT] - ride.height[KL_LEFT]) * inv_base + track->value.cross_rad;
+    axle->roll_rate = (rate[KL_RIGHT] - rate[KL_LEFT]) * inv_base + v * track->slope.cross_rad;
     axle->roll_rest =
-        (rest_r - rest_l) * inv_base +
+        (rest[KL_RIGHT] - rest[KL_LEFT]) * inv_base +
         ((v2 * track->second.cross_rad + speed_rate_m_s2 * track->slope.cross_rad) + cant_rest);
 }
 
-/* Creepages (physics: creepage of the wheel over the rail), V bounded below. */
-static void find_creepages(const struct kl_axle *axle, kl_real speed, kl_real inv_creep_speed,
-                           struct kl_creepage creepage[KL_SIDES]) {
-    for (int s = 0; s < KL_SIDES; s++) {
-        const struct kl_wheel *wheel = &axle->wheel[s];
-        const kl_real sign = s == KL_RIGHT ? KL_R(1) : KL_R(-1);
-        const kl_real along =
-            (speed - wheel->radius * axle->spin) - sign * (wheel->arm * axle->yaw_abs_rate);
-        const kl_real across = (axle->y_rate - wheel->radius * axle->roll_rate) - speed * axle->yaw;
-        const kl_real about =
-            axle->yaw_abs_rate * wheel->cos_delta - sign * (axle->spin * wheel->sin_delta);
-        creepage[s].gamma1 = along * inv_creep_speed;
-        creepage[s].gamma2 = across * inv_creep_speed * wheel->inv_cos;
-        creepage[s].omega3_1_m = about * inv_creep_speed;
-    }
-}
-
-static struct kl_creep_coefficients coefficients(const struct kl_creep_def *creep,
-                                                 const struct kl_wheel *wheel, kl_real normal) {
-    struct kl_creep_coefficients f = {creep->f11_N, creep->f22_N, creep->f23_Nm, creep->f33_Nm2};
-    if (!(creep->f11_N > KL_R(0))) {
-        const kl_real y = kl_inverse_cbrt(kl_max_real(normal, KL_R(1)));
-        const kl_real two_thirds = normal * y;
-        const kl_real third = two_thirds * y;
-        f.f11_N = wheel->unit.f11_N * two_thirds;
-        f.f22_N = wheel->unit.f22_N * two_thirds;
-        f.f23_Nm = wheel->unit.f23_Nm * normal;
-        f.f33_Nm2 = wheel->unit.f33_Nm2 * (normal * third);
-    }
-    return f;
-}
-
-/*
- * Vertical and roll equilibrium for the two normal forces:
- *     N_r c_r + N_l c_l = P,   N_r A_r - N_l A_l = R,   A = arm cos - r sin.
- * A wheel that would have to be pulled down carries nothing.
- */
-static void find_normals(const struct kl_axle *axle, kl_real p, kl_real r,
-                         kl_real normal[KL_SIDES]) {
-    const struct kl_wheel *wr = &axle->wheel[KL_RIGHT];
-    const struct kl_wheel *wl = &axle->wheel[KL_LEFT];
-    const kl_real a_r = wr->arm * wr->cos_delta - wr->radius * wr->sin_delta;
-    const kl_real a_l = wl->arm * wl->cos_delta - wl->radius * wl->sin_delta;
-    const kl_real inv = KL_R(1) / (a_r * wl->cos_delta + a_l * wr->cos_delta);
-    normal[KL_RIGHT] = kl_max_real((p * a_l + r * wl->cos_delta) * inv, KL_R(0));
-    normal[KL_LEFT] = kl_max_real((p * a_r - r * wr->cos_delta) * inv, KL_R(0));
-}
-
-/* Sums of the creep forces over both wheels, in the mirror-symmetric order. */
-struct creep_sums {
-    kl_real lateral; /* generalised force on y: sum T2 (1 - r phi_y)/cos delta */
-    kl_real down;    /* vertical force on the wheelset, positive down */
-    kl_real roll;    /* moment about x */
+/* Vertical and roll equilibrium: N_r c_r + N_l c_l = P, N_r A_r - N_l A_l = R with A = arm cos - r
+ * sin. */
+struct equilibrium {
+    kl_real lever[KL_SIDES];
+    kl_real inv;
 };
 
-static struct creep_sums sum_creep(const struct kl_axle *axle, const struct kl_creep_force *creep) {
-    const struct kl_wheel *r = &axle->wheel[KL_RIGHT];
-    const struct kl_wheel *l = &axle->wheel[KL_LEFT];
-    const kl_real t_r = creep[KL_RIGHT].t2_N;
-    const kl_real t_l = creep[KL_LEFT].t2_N;
-    const struct creep_sums sums = {t_r * ((KL_R(1) - r->radius * axle->phi_y) * r->inv_cos) +
-                                        t_l * ((KL_R(1) - l->radius * axle->phi_y) * l->inv_cos),
-                                    t_l * l->sin_delta - t_r * r->sin_delta,
-                                    -(t_r * (r->arm * r->sin_delta + r->radius * r->cos_delta) +
-                                      t_l * (l->arm * l->sin_delta + l->radius * l->cos_delta))};
-    return sums;
+static struct equilibrium equilibrium_of(const struct kl_axle *axle) {
+    struct equilibrium e;
+    for (int s = 0; s < KL_SIDES; s++) {
+        e.lever[s] = axle->arm[s] * axle->cos_delta[s] - axle->radius[s] * axle->sin_delta[s];
+    }
+    e.inv = KL_R(1) / (e.lever[KL_RIGHT] * axle->cos_delta[KL_LEFT] +
+                       e.lever[KL_LEFT] * axle->cos_delta[KL_RIGHT]);
+    return e;
+}
+
+/* A wheel that would have to be pulled down carries nothing. */
+static void find_normals(const struct kl_axle *axle, const struct equilibrium *e, kl_real p,
+                         kl_real r, kl_real normal[KL_SIDES]) {
+    normal[KL_RIGHT] =
+        kl_max_real((p * e->lever[KL_LEFT] + r * axle->cos_delta[KL_LEFT]) * e->inv, KL_R(0));
+    normal[KL_LEFT] =
+        kl_max_real((p * e->lever[KL_RIGHT] - r * axle->cos_delta[KL_RIGHT]) * e->inv, KL_R(0));
+}
+
+/* Powers of the normal force by which the table's coefficients grow; 1 where the definition gives
+ * constants. */
+struct scale {
+    kl_real two_thirds[KL_SIDES];
+    kl_real one[KL_SIDES];
+    kl_real four_thirds[KL_SIDES];
+};
+
+static void scale_of(const kl_real normal[KL_SIDES], int constant, struct scale *scale) {
+    for (int s = 0; s < KL_SIDES; s++) {
+        const kl_real n = normal[s];
+        const kl_real y = kl_inverse_cbrt(kl_max_real(n, KL_R(1)));
+        const kl_real two_thirds = n * y;
+        scale->two_thirds[s] = constant ? KL_R(1) : two_thirds;
+        scale->one[s] = constant ? KL_R(1) : n;
+        scale->four_thirds[s] = constant ? KL_R(1) : n * (two_thirds * y);
+    }
+}
+
+static void find_creepages(const struct kl_axle *axle, kl_real inv_creep_speed,
+                           struct kl_axle_forces *forces) {
+    const kl_real v = forces->speed_m_s;
+    const kl_real drift = v * axle->yaw;
+    for (int s = 0; s < KL_SIDES; s++) {
+        const kl_real r = axle->radius[s];
+        const kl_real along =
+            (v - r * axle->spin) - side_sign[s] * (axle->arm[s] * axle->yaw_abs_rate);
+        const kl_real across = (axle->y_rate - r * axle->roll_rate) - drift;
+        const kl_real about = axle->yaw_abs_rate * axle->cos_delta[s] -
+                              side_sign[s] * (axle->spin * axle->sin_delta[s]);
+        forces->gamma1[s] = along * inv_creep_speed;
+        forces->gamma2[s] = across * inv_creep_speed * axle->inv_cos[s];
+        forces->omega3[s] = about * inv_creep_speed;
+    }
 }
 
 void kl_axle_forces(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
                     struct kl_axle_forces *forces) {
+    const struct kl_creep_def *law = &wheelset->creep;
     const struct kl_track_point *track = &axle->track;
     const kl_real m = wheelset->mass_kg;
     const kl_real i_x = wheelset->inertia_roll_kgm2;
     const kl_real v = forces->speed_m_s;
-    const kl_real creep_speed = kl_max_real(v, KL_R(KL_MIN_CREEP_SPEED_M_S));
-    const kl_real inv_creep_speed = KL_R(1) / creep_speed;
+    const kl_real inv_creep_speed = KL_R(1) / kl_max_real(v, KL_R(KL_MIN_CREEP_SPEED_M_S));
     const kl_real gyro = wheelset->inertia_spin_kgm2 * axle->spin;
-    const kl_real weight = m * forces->gravity_m_s2;
     const kl_real inv_mass =
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
     const kl_real aside = track->curvature_1_m * (v * v) -
                           forces->gravity_m_s2 * (track->cant_rad + track->value.cross_rad);
-    const kl_real down = forces->suspension[1] + weight;
-    const kl_real roll = forces->suspension[2] - gyro * axle->yaw_abs_rate;
-    /* everything in the lateral equation but the creep forces */
-    const kl_real free_y =
-        (forces->suspension[0] - m * aside) +
-        (axle->z_y * (down - m * axle->z_rest) + axle->phi_y * (roll - i_x * axle->roll_rest));
-    find_creepages(axle, v, inv_creep_speed, forces->creepage);
+    /* what acts besides the contact, the inertia that is known already taken off */
+    const kl_real lateral = forces->suspension[0] - m * aside;
+    const kl_real down = (forces->suspension[1] + m * forces->gravity_m_s2) - m * axle->z_rest;
+    const kl_real roll =
+        (forces->suspension[2] - gyro * axle->yaw_abs_rate) - i_x * axle->roll_rest;
+    const kl_real free_y = lateral + (axle->z_y * down + axle->phi_y * roll);
 
-    /* first guess: no lateral acceleration, no creep but what balances the lateral forces at the
-     * rail */
-    const kl_real at_rail =
-        KL_R(0.5) * (axle->wheel[KL_RIGHT].radius + axle->wheel[KL_LEFT].radius);
-    find_normals(axle, down - m * axle->z_rest,
-                 (roll - i_x * axle->roll_rest) + at_rail * (forces->suspension[0] - m * aside),
-                 forces->normal);
-    struct kl_creep_coefficients f[KL_SIDES];
-    for (int pass = 0; pass < 2; pass++) {
-        for (int s = 0; s < KL_SIDES; s++) {
-            f[s] = coefficients(&wheelset->creep, &axle->wheel[s], forces->normal[s]);
-            forces->creep[s] = kl_creep(wheelset->creep.law, &f[s], forces->friction[s],
-                                        forces->normal[s], &forces->creepage[s]);
-        }
-        const struct creep_sums sums = sum_creep(axle, forces->creep);
-        forces->y_acc = (free_y + sums.lateral) * inv_mass;
-        const kl_real z_acc = axle->z_y * forces->y_acc + axle->z_rest;
-        const kl_real roll_acc = axle->phi_y * forces->y_acc + axle->roll_rest;
-        find_normals(axle, down + sums.down - m * z_acc, roll + sums.roll - i_x * roll_acc,
-                     forces->normal);
+    const int constant = law->f11_N > KL_R(0);
+    kl_real f[4][KL_SIDES];
+    kl_real gain[KL_SIDES];  /* of T2 in the lateral equation */
+    kl_real lever[KL_SIDES]; /* of T2 about x */
+    kl_real linear[3][KL_SIDES];
+    find_creepages(axle, inv_creep_speed, forces);
+    for (int s = 0; s < KL_SIDES; s++) {
+        f[0][s] = constant ? law->f11_N : axle->f11[s];
+        f[1][s] = constant ? law->f22_N : axle->f22[s];
+        f[2][s] = constant ? law->f23_Nm : axle->f23[s];
+        f[3][s] = constant ? law->f33_Nm2 : axle->f33[s];
+        linear[0][s] = -(f[0][s] * forces->gamma1[s]);
+        linear[1][s] = -(f[1][s] * forces->gamma2[s]);
+        linear[2][s] = -(f[2][s] * forces->omega3[s]);
+        gain[s] = (KL_R(1) - axle->radius[s] * axle->phi_y) * axle->inv_cos[s];
+        lever[s] = axle->arm[s] * axle->sin_delta[s] + axle->radius[s] * axle->cos_delta[s];
     }
 
-    const struct kl_wheel *r = &axle->wheel[KL_RIGHT];
-    const struct kl_wheel *l = &axle->wheel[KL_LEFT];
-    const struct kl_creep_force *c_r = &forces->creep[KL_RIGHT];
-    const struct kl_creep_force *c_l = &forces->creep[KL_LEFT];
+    /* first guess: no lateral acceleration, and creep that balances the lateral forces at the rail
+     */
+    const struct equilibrium e = equilibrium_of(axle);
+    struct scale scale;
+    find_normals(axle, &e, down,
+                 roll + KL_R(0.5) * (axle->radius[KL_RIGHT] + axle->radius[KL_LEFT]) * lateral,
+                 forces->normal);
+    for (int pass = 0; pass < 2; pass++) {
+        kl_real across[KL_SIDES];
+        kl_real up[KL_SIDES];
+        kl_real turn[KL_SIDES];
+        scale_of(forces->normal, constant, &scale);
+        for (int s = 0; s < KL_SIDES; s++) {
+            const kl_real t1 = scale.two_thirds[s] * linear[0][s];
+            const kl_real t2 = scale.two_thirds[s] * linear[1][s] + scale.one[s] * linear[2][s];
+            const kl_real reduction =
+                kl_saturate(law->law, t1, t2, forces->friction[s] * forces->normal[s]);
+            forces->reduction[s] = reduction;
+            forces->t1[s] = reduction * t1;
+            forces->t2[s] = reduction * t2;
+            across[s] = forces->t2[s] * gain[s];
+            up[s] = forces->t2[s] * axle->sin_delta[s];
+            turn[s] = forces->t2[s] * lever[s];
+        }
+        forces->y_acc = (free_y + (across[KL_RIGHT] + across[KL_LEFT])) * inv_mass;
+        find_normals(
+            axle, &e, (down - m * (axle->z_y * forces->y_acc)) + (up[KL_LEFT] - up[KL_RIGHT]),
+            (roll - i_x * (axle->phi_y * forces->y_acc)) - (turn[KL_RIGHT] + turn[KL_LEFT]),
+            forces->normal);
+    }
+
     const kl_real inv_yaw = KL_R(1) / wheelset->inertia_yaw_kgm2;
     const kl_real inv_spin = KL_R(1) / wheelset->inertia_spin_kgm2;
-    const kl_real abs_roll_rate = axle->roll_rate + v * track->cant_s_1_m;
-    forces->yaw_acc = ((forces->suspension[3] + gyro * abs_roll_rate) +
-                       ((l->arm * c_l->t1_N - r->arm * c_r->t1_N) +
-                        (c_r->m3_Nm * r->cos_delta + c_l->m3_Nm * l->cos_delta))) *
-                      inv_yaw;
-    forces->spin_acc =
-        (forces->torque_Nm - (r->radius * c_r->t1_N + l->radius * c_l->t1_N)) * inv_spin;
-
-    kl_real damping[KL_SIDES][3];
+    kl_real yaw[KL_SIDES];
+    kl_real about[KL_SIDES];
+    kl_real drive[KL_SIDES];
+    kl_real damping[3][KL_SIDES];
     for (int s = 0; s < KL_SIDES; s++) {
-        const struct kl_wheel *wheel = &axle->wheel[s];
-        const kl_real by = forces->creep[s].reduction * inv_creep_speed;
-        const kl_real g = (KL_R(1) - wheel->radius * axle->phi_y) * wheel->inv_cos;
-        damping[s][0] = by * f[s].f22_N * (g * g);
-        damping[s][1] = by * (f[s].f11_N * (wheel->arm * wheel->arm) + f[s].f33_Nm2);
-        damping[s][2] = by * f[s].f11_N * (wheel->radius * wheel->radius);
+        const kl_real by = forces->reduction[s] * inv_creep_speed;
+        const kl_real f11 = f[0][s] * scale.two_thirds[s];
+        const kl_real f22 = f[1][s] * scale.two_thirds[s];
+        const kl_real f33 = f[3][s] * scale.four_thirds[s];
+        forces->m3[s] = forces->reduction[s] *
+                        (f[2][s] * scale.one[s] * forces->gamma2[s] - f33 * forces->omega3[s]);
+        yaw[s] = axle->arm[s] * forces->t1[s];
+        about[s] = forces->m3[s] * axle->cos_delta[s];
+        drive[s] = axle->radius[s] * forces->t1[s];
+        damping[0][s] = by * f22 * (gain[s] * gain[s]);
+        damping[1][s] = by * (f11 * (axle->arm[s] * axle->arm[s]) + f33);
+        damping[2][s] = by * f11 * (axle->radius[s] * axle->radius[s]);
     }
-    forces->damping[0] = (damping[KL_RIGHT][0] + damping[KL_LEFT][0]) * inv_mass;
-    forces->damping[1] = (damping[KL_RIGHT][1] + damping[KL_LEFT][1]) * inv_yaw;
-    forces->damping[2] = (damping[KL_RIGHT][2] + damping[KL_LEFT][2]) * inv_spin;
+    forces->yaw_acc = ((forces->suspension[3] + gyro * (axle->roll_rate + v * track->cant_s_1_m)) +
+                       ((yaw[KL_LEFT] - yaw[KL_RIGHT]) + (about[KL_RIGHT] + about[KL_LEFT]))) *
+                      inv_yaw;
+    forces->spin_acc = (forces->torque_Nm - (drive[KL_RIGHT] + drive[KL_LEFT])) * inv_spin;
+    forces->damping[0] = (damping[0][KL_RIGHT] + damping[0][KL_LEFT]) * inv_mass;
+    forces->damping[1] = (damping[1][KL_RIGHT] + damping[1][KL_LEFT]) * inv_yaw;
+    forces->damping[2] = (damping[2][KL_RIGHT] + damping[2][KL_LEFT]) * inv_spin;
 }
 
 void kl_axle_output(const struct kl_pair *pair, const struct kl_axle *axle,
@@ -259,26 +297,24 @@ void kl_axle_output(const struct kl_pair *pair, const struct kl_axle *axle,
         forces->y_acc + axle->track.curvature_1_m * (forces->speed_m_s * forces->speed_m_s);
     output->z_acc_m_s2 = axle->z_y * forces->y_acc + axle->z_rest;
     for (int s = 0; s < KL_SIDES; s++) {
-        const struct kl_wheel *wheel = &axle->wheel[s];
-        const struct kl_creep_force *creep = &forces->creep[s];
-        const kl_real sign = s == KL_RIGHT ? KL_R(1) : KL_R(-1);
+        const kl_real sign = side_sign[s];
         const kl_real n = forces->normal[s];
-        const struct cell cell = cell_at(pair, &pair->side[s], wheel->place);
-        const kl_real third = kl_max_real(n, KL_R(0)) * (kl_inverse_cbrt(kl_max_real(n, KL_R(1))) *
-                                                         kl_inverse_cbrt(kl_max_real(n, KL_R(1))));
+        const struct cell cell = cell_at(pair, &pair->side[s], axle->place[s]);
+        const kl_real y = kl_inverse_cbrt(kl_max_real(n, KL_R(1)));
+        const kl_real third = n * (y * y);
         struct kl_wheel_output *o = &output->wheel[s];
         o->normal_N = n;
-        o->q_N = n * wheel->cos_delta + sign * (creep->t2_N * wheel->sin_delta);
+        o->q_N = n * axle->cos_delta[s] + sign * (forces->t2[s] * axle->sin_delta[s]);
         /* on the rail: the opposite of what acts on the wheel */
-        o->y_N = sign * (n * wheel->sin_delta) - creep->t2_N * wheel->cos_delta;
-        o->t1_N = creep->t1_N;
-        o->t2_N = creep->t2_N;
-        o->m3_Nm = creep->m3_Nm;
-        o->gamma1 = forces->creepage[s].gamma1;
-        o->gamma2 = forces->creepage[s].gamma2;
-        o->omega3_1_m = forces->creepage[s].omega3_1_m;
-        o->reduction = creep->reduction;
-        o->radius_m = wheel->radius;
+        o->y_N = sign * (n * axle->sin_delta[s]) - forces->t2[s] * axle->cos_delta[s];
+        o->t1_N = forces->t1[s];
+        o->t2_N = forces->t2[s];
+        o->m3_Nm = forces->m3[s];
+        o->gamma1 = forces->gamma1[s];
+        o->gamma2 = forces->gamma2[s];
+        o->omega3_1_m = forces->omega3[s];
+        o->reduction = forces->reduction[s];
+        o->radius_m = axle->radius[s];
         o->delta_rad = lerp(cell.a->delta_rail_rad, cell.b->delta_rail_rad, cell.t);
         o->eta_wheel_m = lerp(cell.a->eta_wheel_m, cell.b->eta_wheel_m, cell.t);
         o->eta_rail_m = lerp(cell.a->eta_rail_m, cell.b->eta_rail_m, cell.t);

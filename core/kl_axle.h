@@ -15,27 +15,21 @@
 
 #include "kl_step.h"
 
-/* One wheel on its rail. */
-struct kl_wheel {
-    kl_real place;  /* place in the table, in rows; kept for the outputs */
-    kl_real w_rate; /* dw/dt */
-    kl_real w_rest; /* d2w/dt2 without y'' */
-    kl_real height; /* H, H', H'' */
-    kl_real height_w;
-    kl_real height_ww;
-    kl_real arm;
-    kl_real radius;
-    kl_real sin_delta;
-    kl_real cos_delta;
-    kl_real inv_cos;
-    struct kl_creep_coefficients unit; /* per N^(2/3), N^(2/3), N, N^(4/3) */
-};
-
-/* Where the wheelset is and how it moves. */
+/* Where the wheelset is and how it moves. Arrays hold right and left, so that both are worked on at
+ * once. */
 struct kl_axle {
     struct kl_track_point track;
-    struct kl_wheel wheel[KL_SIDES];
-    kl_real y; /* state */
+    kl_real place[KL_SIDES]; /* place in the table, in rows; kept for the outputs */
+    kl_real arm[KL_SIDES];   /* contact: distance from the middle */
+    kl_real radius[KL_SIDES];
+    kl_real sin_delta[KL_SIDES];
+    kl_real cos_delta[KL_SIDES];
+    kl_real inv_cos[KL_SIDES];
+    kl_real f11[KL_SIDES]; /* per N^(2/3) */
+    kl_real f22[KL_SIDES]; /* per N^(2/3) */
+    kl_real f23[KL_SIDES]; /* per N */
+    kl_real f33[KL_SIDES]; /* per N^(4/3) */
+    kl_real y;             /* state */
     kl_real yaw;
     kl_real y_abs_rate; /* lateral velocity of the centre, the frame's rolling included */
     kl_real yaw_abs_rate;
@@ -61,8 +55,13 @@ struct kl_axle_forces {
     kl_real gravity_m_s2;
     /* results */
     kl_real normal[KL_SIDES];
-    struct kl_creep_force creep[KL_SIDES];
-    struct kl_creepage creepage[KL_SIDES];
+    kl_real gamma1[KL_SIDES];
+    kl_real gamma2[KL_SIDES];
+    kl_real omega3[KL_SIDES];
+    kl_real t1[KL_SIDES];
+    kl_real t2[KL_SIDES];
+    kl_real m3[KL_SIDES];
+    kl_real reduction[KL_SIDES];
     kl_real y_acc;   /* d(y_abs_rate)/dt */
     kl_real yaw_acc; /* d(yaw_abs_rate)/dt */
     kl_real spin_acc;

@@ -2,6 +2,7 @@
 #include "kl_contact.h"
 
 #include "kl_math.h"
+#include "kl_saturate.h"
 
 /* Complete elliptic integrals for the modulus e with k = sqrt(1 - e^2): K, and D = (K - E)/e^2, by
  * the arithmetic-geometric mean. */
@@ -122,17 +123,7 @@ struct kl_creep_force kl_creep(enum kl_creep_law law, const struct kl_creep_coef
     const kl_real t1 = -f->f11_N * creepage->gamma1;
     const kl_real t2 = -f->f22_N * creepage->gamma2 - f->f23_Nm * creepage->omega3_1_m;
     const kl_real m3 = f->f23_Nm * creepage->gamma2 - f->f33_Nm2 * creepage->omega3_1_m;
-    const kl_real limit = friction * normal_N;
-    kl_real reduction = KL_R(1);
-    if (law == KL_CREEP_SHE) {
-        const kl_real linear = kl_sqrt_real(t1 * t1 + t2 * t2);
-        /* u = |T|/(mu N); with mu N = 0 the second form gives 0 */
-        const kl_real u = linear / kl_max_real(limit, KL_R(1e-9));
-        const kl_real cubic = KL_R(1) - u * (KL_R(1.0 / 3.0) - u * KL_R(1.0 / 27.0));
-        const kl_real sliding = limit / kl_max_real(linear, KL_R(1e-9));
-        reduction = u < KL_R(3) ? cubic : sliding;
-        reduction = limit > KL_R(0) ? reduction : KL_R(0);
-    }
+    const kl_real reduction = kl_saturate(law, t1, t2, friction * normal_N);
     const struct kl_creep_force force = {reduction * t1, reduction * t2, reduction * m3, reduction};
     return force;
 }

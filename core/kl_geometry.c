@@ -238,6 +238,7 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
     const double l_r = t.side[KL_RIGHT].half_base_m;
     const double l_l = t.side[KL_LEFT].half_base_m;
     pair->base_m = (kl_real)(l_r + l_l);
+    pair->inv_base_1_m = (kl_real)(1.0 / (l_r + l_l));
     pair->share[KL_RIGHT] = (kl_real)(l_l / (l_r + l_l));
     pair->share[KL_LEFT] = (kl_real)(l_r / (l_r + l_l));
     pair->radius_m = (kl_real)(0.5 * (t.side[KL_RIGHT].radius0_m + t.side[KL_LEFT].radius0_m));
@@ -283,6 +284,7 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
         tables.rows[KL_LEFT][i] = tables.rows[KL_RIGHT][i];
     }
     pair->base_m = (kl_real)(2.0 * def->half_base_m);
+    pair->inv_base_1_m = (kl_real)(0.5 / def->half_base_m);
     pair->share[KL_RIGHT] = KL_R(0.5);
     pair->share[KL_LEFT] = KL_R(0.5);
     pair->radius_m = (kl_real)def->radius_m;
@@ -364,8 +366,8 @@ enum kl_status kl_pair_posture(const struct kl_pair *pair, double u_y_m,
         (double)(pair->share[KL_RIGHT] * r->height_m + pair->share[KL_LEFT] * l->height_m);
     posture->z_y =
         (double)(pair->share[KL_RIGHT] * r->height_w - pair->share[KL_LEFT] * l->height_w);
-    posture->phi_rad = (double)((r->height_m - l->height_m) / pair->base_m);
-    posture->phi_y_rad_m = (double)((r->height_w + l->height_w) / pair->base_m);
+    posture->phi_rad = (double)((r->height_m - l->height_m) * pair->inv_base_1_m);
+    posture->phi_y_rad_m = (double)((r->height_w + l->height_w) * pair->inv_base_1_m);
     return KL_OK;
 }
 

@@ -122,7 +122,8 @@ struct kl_pair {
     kl_real step_m;
     kl_real inv_step_1_m;
     kl_real range_m;
-    kl_real base_m;          /* l_right + l_left of the central contact = 2 l */
+    kl_real base_m; /* l_right + l_left of the central contact = 2 l */
+    kl_real inv_base_1_m;
     kl_real share[KL_SIDES]; /* u_z = share_r H_r + share_l H_l; 1/2 each for a symmetric pair */
     kl_real radius_m;        /* mean r0 of the central contact */
 };

@@ -132,28 +132,3 @@ double kl_atan(double x) {
     }
     return 8.0 * (t - t * (z * p));
 }
-
-/* Newton on y^-3 = x from an integer guess (exponent divided by -3): y <- y (4 - x y^3) / 3. */
-kl_real kl_inverse_cbrt(kl_real x) {
-#ifdef KL_REAL_FLOAT
-    union {
-        float value;
-        uint32_t bits;
-    } u = {.value = x};
-    u.bits = UINT32_C(0x54a21d2a) - u.bits / 3u;
-    const int rounds = 3;
-#else
-    union {
-        double value;
-        uint64_t bits;
-    } u = {.value = x};
-    u.bits = UINT64_C(0x553ef0ff289dd796) - u.bits / 3u;
-    const int rounds = 4;
-#endif
-    kl_real y = u.value;
-    for (int i = 0; i < rounds; i++) {
-        const kl_real y2 = y * y;
-        y = y * (KL_R(4.0 / 3.0) - KL_R(1.0 / 3.0) * (x * y) * y2);
-    }
-    return y;
-}

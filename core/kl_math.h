@@ -43,8 +43,33 @@ double kl_cos(double x);
 double kl_atan(double x);
 double kl_tan(double x);
 
-/* x^(-1/3) for normal x > 0, within 4 units in the last place. No division. Bound: constant. */
-kl_real kl_inverse_cbrt(kl_real x);
+/*
+ * x^(-1/3) for normal x > 0, within 4 units in the last place. No division: Newton on y^-3 = x, y
+ * <- y (4 - x y^3) / 3, from an integer guess (the exponent divided by -3) that is within 3.5 %.
+ * Bound: constant. In line, as a step needs it often.
+ */
+static inline kl_real kl_inverse_cbrt(kl_real x) {
+#ifdef KL_REAL_FLOAT
+    union {
+        float value;
+        uint32_t bits;
+    } u = {.value = x};
+    u.bits = UINT32_C(0x54a21d2a) - u.bits / 3u;
+    const int rounds = 3;
+#else
+    union {
+        double value;
+        uint64_t bits;
+    } u = {.value = x};
+    u.bits = UINT64_C(0x553ef0ff289dd796) - u.bits / 3u;
+    const int rounds = 4;
+#endif
+    kl_real y = u.value;
+    for (int i = 0; i < rounds; i++) {
+        y = y * (KL_R(4.0 / 3.0) - (KL_R(1.0 / 3.0) * x * y) * (y * y));
+    }
+    return y;
+}
 
 static inline double kl_abs(double x) {
     return x < 0.0 ? -x : x;

@@ -15,16 +15,10 @@ struct stage {
     kl_real speed_rate_m_s2;
 };
 
-/* Everything of one evaluation that the outputs may want. */
-struct evaluation {
-    struct kl_track_point reference;
-    struct kl_track_point at_body[KL_MAX_BODIES];
-    kl_real body_force[KL_MAX_BODIES][KL_FREEDOMS];
-    struct kl_axle axle[KL_MAX_WHEELSETS];
-    struct kl_axle_forces forces[KL_MAX_WHEELSETS];
-    kl_real rate[KL_MAX_STATES];
-    kl_real damping[KL_MAX_STATES];
-    uint32_t faults;
+/* One coordinate of the suspension. */
+struct motion {
+    kl_real q;
+    kl_real rate;
 };
 
 /* One body's positions and rates, absent freedoms zero. Rates are the states: y' - z V phi0',
@@ -32,6 +26,18 @@ struct evaluation {
 struct body_motion {
     kl_real position[KL_FREEDOMS];
     kl_real rate[KL_FREEDOMS];
+};
+
+/* Everything of one evaluation that the outputs may want. */
+struct evaluation {
+    struct kl_track_point reference;
+    struct kl_track_point at_body[KL_MAX_BODIES];
+    struct body_motion body[KL_MAX_BODIES];
+    kl_real body_acceleration[KL_MAX_BODIES][KL_FREEDOMS]; /* specific forces */
+    struct kl_axle axle[KL_MAX_WHEELSETS];
+    struct kl_axle_forces forces[KL_MAX_WHEELSETS];
+    kl_real rate[KL_MAX_STATES];
+    uint32_t faults;
 };
 
 static uint32_t freedoms_of(const struct kl_body *body) {
@@ -42,15 +48,23 @@ static uint32_t freedoms_of(const struct kl_body *body) {
     return n;
 }
 
-static void unpack_body(const struct kl_body *body, const kl_real *x, struct body_motion *motion) {
+/* Reads one body's states; a freedom that it does not have follows the track. Returns the next
+ * body's states. */
+static const kl_real *unpack_body(const struct kl_body *body, const kl_real *x,
+                                  const struct kl_track_point *here, kl_real v,
+                                  struct body_motion *motion) {
+    const kl_real along = v * here->cant_s_1_m;
+    const kl_real follow[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
+                                         v * here->curvature_1_m};
     const uint32_t n = freedoms_of(body);
     uint32_t i = 0;
     for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
         const int has = (body->freedoms & KL_HAS(f)) != 0;
         motion->position[f] = has ? x[i] : KL_R(0);
-        motion->rate[f] = has ? x[n + i] : KL_R(0);
+        motion->rate[f] = has ? x[n + i] : follow[f];
         i += has ? 1u : 0u;
     }
+    return x + 2u * n;
 }
 
 /*
@@ -76,42 +90,31 @@ static struct offsets offsets_at(const struct kl_track_point *here,
 }
 
 static void place_bodies(const struct kl_model *model, const kl_real *x, const struct stage *stage,
-                         struct evaluation *e, kl_real *q, kl_real *q_rate) {
+                         struct evaluation *e, struct motion *q) {
     const kl_real v = stage->speed_m_s;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         struct kl_track_point *here = &e->at_body[b];
-        struct body_motion motion;
-        unpack_body(body, x, &motion);
-        x += 2u * freedoms_of(body);
+        struct body_motion *m = &e->body[b];
         kl_track_layout_at(&model->track, stage->s_m + body->x_m, here);
+        x = unpack_body(body, x, here, v, m);
         const struct offsets o = offsets_at(here, &e->reference, body->x_m, body->z_m, v);
-        /* a freedom that a body does not have follows the track */
-        const uint32_t has = body->freedoms;
-        const kl_real y_rate =
-            (has & KL_HAS(KL_Y)) ? motion.rate[KL_Y] : -(body->z_m * (v * here->cant_s_1_m));
-        const kl_real roll_rate =
-            (has & KL_HAS(KL_ROLL)) ? motion.rate[KL_ROLL] : v * here->cant_s_1_m;
-        const kl_real yaw_rate =
-            (has & KL_HAS(KL_YAW)) ? motion.rate[KL_YAW] : v * here->curvature_1_m;
-        kl_real *qb = &q[kl_body_coordinate(b)];
-        kl_real *qb_rate = &q_rate[kl_body_coordinate(b)];
-        qb[KL_Y] = motion.position[KL_Y] + o.y;
-        qb[KL_Z] = motion.position[KL_Z];
-        qb[KL_ROLL] = motion.position[KL_ROLL] + o.roll;
-        qb[KL_PITCH] = motion.position[KL_PITCH];
-        qb[KL_YAW] = motion.position[KL_YAW] + o.yaw;
-        qb_rate[KL_Y] = y_rate + o.y_rate;
-        qb_rate[KL_Z] = motion.rate[KL_Z];
-        qb_rate[KL_ROLL] = roll_rate - v * e->reference.cant_s_1_m;
-        qb_rate[KL_PITCH] = motion.rate[KL_PITCH];
-        qb_rate[KL_YAW] = yaw_rate - v * e->reference.curvature_1_m;
+        struct motion *qb = &q[kl_body_coordinate(b)];
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            qb[f].q = m->position[f];
+            qb[f].rate = m->rate[f];
+        }
+        qb[KL_Y].q += o.y;
+        qb[KL_ROLL].q += o.roll;
+        qb[KL_YAW].q += o.yaw;
+        qb[KL_Y].rate += o.y_rate;
+        qb[KL_ROLL].rate -= v * e->reference.cant_s_1_m;
+        qb[KL_YAW].rate -= v * e->reference.curvature_1_m;
     }
 }
 
 static void place_wheelsets(const struct kl_model *model, const kl_real *x,
-                            const struct stage *stage, struct evaluation *e, kl_real *q,
-                            kl_real *q_rate) {
+                            const struct stage *stage, struct evaluation *e, struct motion *q) {
     const kl_real v = stage->speed_m_s;
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
@@ -123,66 +126,67 @@ static void place_wheelsets(const struct kl_model *model, const kl_real *x,
         e->faults |= axle->faults;
         const struct offsets o =
             offsets_at(&axle->track, &e->reference, wheelset->x_m, -pair->radius_m, v);
-        kl_real *qw = &q[kl_wheelset_coordinate(model->n_bodies, w)];
-        kl_real *qw_rate = &q_rate[kl_wheelset_coordinate(model->n_bodies, w)];
-        qw[0] = axle->y + o.y;
-        qw[1] = axle->z;
-        qw[2] = axle->roll + o.roll;
-        qw[3] = axle->yaw + o.yaw;
-        qw_rate[0] = axle->y_abs_rate + o.y_rate;
-        qw_rate[1] = axle->z_rate;
-        qw_rate[2] = axle->roll_rate + v * (axle->track.cant_s_1_m - e->reference.cant_s_1_m);
-        qw_rate[3] = axle->yaw_abs_rate - v * e->reference.curvature_1_m;
+        struct motion *qw = &q[kl_wheelset_coordinate(model->n_bodies, w)];
+        qw[0].q = axle->y + o.y;
+        qw[1].q = axle->z;
+        qw[2].q = axle->roll + o.roll;
+        qw[3].q = axle->yaw + o.yaw;
+        qw[0].rate = axle->y_abs_rate + o.y_rate;
+        qw[1].rate = axle->z_rate;
+        qw[2].rate = axle->roll_rate + v * (axle->track.cant_s_1_m - e->reference.cant_s_1_m);
+        qw[3].rate = axle->yaw_abs_rate - v * e->reference.curvature_1_m;
     }
 }
 
-static void suspension_forces(const struct kl_suspension *suspension, const kl_real *q,
-                              const kl_real *q_rate, kl_real *force) {
+static void suspension_forces(const struct kl_suspension *suspension, const struct motion *q,
+                              kl_real *force) {
+    const struct kl_spring *spring = suspension->spring;
+    const uint16_t *column = suspension->column;
+    uint32_t at = 0;
     for (uint32_t i = 0; i < suspension->n_coordinates; i++) {
-        kl_real sum = KL_R(0);
-        for (uint32_t k = suspension->row_start[i]; k < suspension->row_start[i + 1u]; k++) {
-            const uint32_t j = suspension->column[k];
-            sum += suspension->k[k] * q[j] + suspension->c[k] * q_rate[j];
+        kl_real elastic = KL_R(0);
+        kl_real viscous = KL_R(0);
+        for (const uint32_t end = suspension->row_start[i + 1u]; at < end; at++) {
+            const struct motion *m = &q[column[at]];
+            elastic += spring[at].k * m->q;
+            viscous += spring[at].c * m->rate;
         }
-        force[i] = -sum;
+        force[i] = -(elastic + viscous);
     }
 }
 
-static void move_bodies(const struct kl_model *model, const kl_real *x, const struct stage *stage,
+static void move_bodies(const struct kl_model *model, const struct stage *stage,
                         const struct kl_input *input, const kl_real *force, struct evaluation *e) {
     const kl_real v = stage->speed_m_s;
     kl_real *rate = e->rate;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         const struct kl_track_point *here = &e->at_body[b];
-        struct body_motion motion;
-        unpack_body(body, x, &motion);
-        const uint32_t n = freedoms_of(body);
-        kl_real *f = e->body_force[b];
-        for (uint32_t k = 0; k < KL_FREEDOMS; k++) {
-            f[k] = force[kl_body_coordinate(b) + k];
-        }
-        f[KL_Y] += input->side_force_N[b];
-        const kl_real inv_mass = KL_R(1) / body->mass_kg;
+        const kl_real *moving = e->body[b].rate;
+        const kl_real *acting = &force[kl_body_coordinate(b)];
+        kl_real *a = e->body_acceleration[b];
+        a[KL_Y] = (acting[KL_Y] + input->side_force_N[b]) / body->mass_kg;
+        a[KL_Z] = acting[KL_Z] / body->mass_kg;
+        a[KL_ROLL] = acting[KL_ROLL] / body->inertia_kgm2[0];
+        a[KL_PITCH] = acting[KL_PITCH] / body->inertia_kgm2[1];
+        a[KL_YAW] = acting[KL_YAW] / body->inertia_kgm2[2];
         const kl_real along = v * here->cant_s_1_m;
-        const kl_real velocity[KL_FREEDOMS] = {
-            motion.rate[KL_Y] + body->z_m * along, motion.rate[KL_Z], motion.rate[KL_ROLL] - along,
-            motion.rate[KL_PITCH], motion.rate[KL_YAW] - v * here->curvature_1_m};
-        const kl_real acceleration[KL_FREEDOMS] = {
-            f[KL_Y] * inv_mass -
-                (here->curvature_1_m * (v * v) - model->gravity_m_s2 * here->cant_rad),
-            f[KL_Z] * inv_mass, f[KL_ROLL] / body->inertia_kgm2[0],
-            f[KL_PITCH] / body->inertia_kgm2[1], f[KL_YAW] / body->inertia_kgm2[2]};
+        const kl_real aside = here->curvature_1_m * (v * v) - model->gravity_m_s2 * here->cant_rad;
+        const kl_real velocity[KL_FREEDOMS] = {moving[KL_Y] + body->z_m * along, moving[KL_Z],
+                                               moving[KL_ROLL] - along, moving[KL_PITCH],
+                                               moving[KL_YAW] - v * here->curvature_1_m};
+        const kl_real acceleration[KL_FREEDOMS] = {a[KL_Y] - aside, a[KL_Z], a[KL_ROLL],
+                                                   a[KL_PITCH], a[KL_YAW]};
+        const uint32_t n = freedoms_of(body);
         uint32_t i = 0;
-        for (uint32_t k = 0; k < KL_FREEDOMS; k++) {
-            if (body->freedoms & KL_HAS(k)) {
-                rate[i] = velocity[k];
-                rate[n + i] = acceleration[k];
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            if (body->freedoms & KL_HAS(f)) {
+                rate[i] = velocity[f];
+                rate[n + i] = acceleration[f];
                 i++;
             }
         }
         rate += 2u * n;
-        x += 2u * n;
     }
 }
 
@@ -190,7 +194,6 @@ static void move_wheelsets(const struct kl_model *model, const struct stage *sta
                            const struct kl_input *input, const kl_real *force,
                            struct evaluation *e) {
     kl_real *rate = e->rate + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets);
-    kl_real *damping = e->damping + (rate - e->rate);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_axle *axle = &e->axle[w];
@@ -211,31 +214,24 @@ static void move_wheelsets(const struct kl_model *model, const struct stage *sta
         rate[KL_WS_Y_RATE] = f->y_acc;
         rate[KL_WS_YAW_RATE] = f->yaw_acc;
         rate[KL_WS_SPIN] = f->spin_acc;
-        damping[KL_WS_Y] = KL_R(0);
-        damping[KL_WS_YAW] = KL_R(0);
-        for (int k = 0; k < 3; k++) {
-            damping[KL_WS_Y_RATE + k] = f->damping[k];
-        }
         for (int s = 0; s < KL_SIDES; s++) {
             e->faults |= f->normal[s] > KL_R(0) ? 0u : (uint32_t)KL_FAULT_WHEEL_LIFT;
         }
         rate += KL_WHEELSET_STATES;
-        damping += KL_WHEELSET_STATES;
     }
 }
 
 static void evaluate(const struct kl_model *model, const kl_real *x, const struct stage *stage,
                      const struct kl_input *input, struct evaluation *e) {
-    kl_real q[KL_MAX_COORDINATES];
-    kl_real q_rate[KL_MAX_COORDINATES];
+    struct motion q[KL_MAX_COORDINATES];
     kl_real force[KL_MAX_COORDINATES];
     const kl_real *x_wheelsets = x + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets);
     e->faults = 0;
     kl_track_layout_at(&model->track, stage->s_m, &e->reference);
-    place_bodies(model, x, stage, e, q, q_rate);
-    place_wheelsets(model, x_wheelsets, stage, e, q, q_rate);
-    suspension_forces(&model->suspension, q, q_rate, force);
-    move_bodies(model, x, stage, input, force, e);
+    place_bodies(model, x, stage, e, q);
+    place_wheelsets(model, x_wheelsets, stage, e, q);
+    suspension_forces(&model->suspension, q, force);
+    move_bodies(model, stage, input, force, e);
     move_wheelsets(model, stage, input, force, e);
 }
 
@@ -258,20 +254,18 @@ static void write_output(const struct kl_model *model, const struct kl_state *st
         const struct kl_track_point *here = &e->at_body[b];
         struct kl_body_output *o = &output->body[b];
         struct body_motion motion;
-        unpack_body(body, x, &motion);
-        x += 2u * freedoms_of(body);
-        const kl_real along = v * here->cant_s_1_m;
-        for (uint32_t k = 0; k < KL_FREEDOMS; k++) {
-            const int has = (body->freedoms & KL_HAS(k)) != 0;
-            const kl_real inertia =
-                k < (uint32_t)KL_ROLL ? body->mass_kg : body->inertia_kgm2[k - KL_ROLL];
-            o->position[k] = motion.position[k];
-            o->rate[k] = motion.rate[k];
-            o->acceleration[k] = has ? e->body_force[b][k] / inertia : KL_R(0);
+        x = unpack_body(body, x, here, v, &motion);
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            const int has = (body->freedoms & KL_HAS(f)) != 0;
+            o->position[f] = motion.position[f];
+            o->rate[f] = motion.rate[f];
+            o->acceleration[f] = has ? e->body_acceleration[b][f] : KL_R(0);
         }
-        o->rate[KL_Y] += (body->freedoms & KL_HAS(KL_Y)) ? body->z_m * along : KL_R(0);
-        o->rate[KL_ROLL] -= (body->freedoms & KL_HAS(KL_ROLL)) ? along : KL_R(0);
-        o->rate[KL_YAW] -= (body->freedoms & KL_HAS(KL_YAW)) ? v * here->curvature_1_m : KL_R(0);
+        /* relative to the track */
+        const kl_real along = v * here->cant_s_1_m;
+        o->rate[KL_Y] += body->z_m * along;
+        o->rate[KL_ROLL] -= along;
+        o->rate[KL_YAW] -= v * here->curvature_1_m;
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_axle *axle = &e->axle[w];
@@ -409,65 +403,90 @@ void kl_rates(const struct kl_model *model, const struct kl_state *state,
     }
 }
 
+/* 1/(1 + gamma h damping) of each wheelset's three rates: the implicit part of a stage. */
+static void implicit_scale(const struct kl_model *model, const struct evaluation *e,
+                           kl_real scale[3 * KL_MAX_WHEELSETS]) {
+    const kl_real by = KL_R(GAMMA) * model->step_s;
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        for (uint32_t k = 0; k < 3u; k++) {
+            scale[3u * w + k] = KL_R(1) / (KL_R(1) + by * e->forces[w].damping[k]);
+        }
+    }
+}
+
+static void apply_scale(const struct kl_model *model, const kl_real *scale, kl_real *rate) {
+    kl_real *of_wheelset = rate + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets);
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        for (uint32_t k = 0; k < 3u; k++) {
+            of_wheelset[KL_WHEELSET_STATES * w + KL_WS_Y_RATE + k] *= scale[3u * w + k];
+        }
+    }
+}
+
+/* Takes the new state over, or holds the old one; latches faults. Returns 1 where held. */
+static int settle(struct kl_state *state, const kl_real *x, const struct stage *end,
+                  uint32_t faults) {
+    state->tick++;
+    if (state->faults == 0 && faults != 0) {
+        state->fault_tick = state->tick;
+    }
+    state->faults |= faults;
+    const int hold = (state->faults & KL_FAULTS_HOLD) != 0;
+    for (uint32_t i = 0; i < state->n_states; i++) {
+        state->x[i] = hold ? state->x[i] : x[i];
+    }
+    state->s_m = hold ? state->s_m : end->s_m;
+    state->speed_m_s = hold ? state->speed_m_s : end->speed_m_s;
+    return hold;
+}
+
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
                  struct kl_output *output) {
     struct evaluation e;
     struct kl_input kept;
     kl_real k1[KL_MAX_STATES];
-    kl_real scale[KL_MAX_STATES];
     kl_real x2[KL_MAX_STATES];
+    kl_real scale[3 * KL_MAX_WHEELSETS];
     const uint32_t n = model->n_states;
-    const uint32_t first_wheelset = n - KL_WHEELSET_STATES * model->n_wheelsets;
     const kl_real h = model->step_s;
     uint32_t faults = check_input(model, state, input, &kept);
     const kl_real most = model->acceleration_limit_m_s2 * h;
     const kl_real change = kl_min_real(kl_max_real(kept.speed_m_s - state->speed_m_s, -most), most);
     const kl_real v2 = state->speed_m_s + change;
-    const kl_real s2 = state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v2));
     const kl_real v_rate = change / h;
-
     const struct stage begin = {state->s_m, state->speed_m_s, v_rate};
+    const struct stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v2)), v2, v_rate};
+
     evaluate(model, state->x, &begin, &kept, &e);
     faults |= e.faults;
+    implicit_scale(model, &e, scale);
+    apply_scale(model, scale, e.rate);
     for (uint32_t i = 0; i < n; i++) {
-        const kl_real damping = i < first_wheelset ? KL_R(0) : e.damping[i];
-        scale[i] = KL_R(1) / (KL_R(1) + KL_R(GAMMA) * h * damping);
-        k1[i] = e.rate[i] * scale[i];
+        k1[i] = e.rate[i];
         x2[i] = state->x[i] + h * k1[i];
     }
-    const struct stage end = {s2, v2, v_rate};
     evaluate(model, x2, &end, &kept, &e);
     faults |= e.faults;
-    kl_real sound = s2 - s2;
     for (uint32_t i = 0; i < n; i++) {
-        const kl_real k2 = (e.rate[i] - KL_R(2) * k1[i]) * scale[i];
-        x2[i] = state->x[i] + h * (KL_R(1.5) * k1[i] + KL_R(0.5) * k2);
+        e.rate[i] -= KL_R(2) * k1[i];
+    }
+    apply_scale(model, scale, e.rate);
+    kl_real sound = end.s_m - end.s_m;
+    for (uint32_t i = 0; i < n; i++) {
+        x2[i] = state->x[i] + h * (KL_R(1.5) * k1[i] + KL_R(0.5) * e.rate[i]);
         sound += x2[i] - x2[i]; /* 0, or NaN for ever */
     }
     faults |= sound == KL_R(0) ? 0u : (uint32_t)KL_FAULT_NONFINITE;
 
-    state->tick++;
-    const uint32_t all = state->faults | faults;
-    if (state->faults == 0 && faults != 0) {
-        state->fault_tick = state->tick;
+    const int hold = settle(state, x2, &end, faults);
+    if (output != NULL && !hold) {
+        write_output(model, state, &end, &e, output);
+    } else if (output != NULL) { /* the last good output stays; time and faults go on */
+        output->tick = state->tick;
+        output->time_ns = (int64_t)state->tick * model->step_ns;
+        output->faults = state->faults;
     }
-    state->faults = all;
-    const int hold = (all & KL_FAULTS_HOLD) != 0;
-    for (uint32_t i = 0; i < n; i++) {
-        state->x[i] = hold ? state->x[i] : x2[i];
-    }
-    state->s_m = hold ? state->s_m : s2;
-    state->speed_m_s = hold ? state->speed_m_s : v2;
-    if (output != NULL) {
-        if (hold) { /* the last good output stays; time and faults go on */
-            output->tick = state->tick;
-            output->time_ns = (int64_t)state->tick * model->step_ns;
-            output->faults = all;
-        } else {
-            write_output(model, state, &end, &e, output);
-        }
-    }
-    return all;
+    return state->faults;
 }
 
 void kl_clear_faults(struct kl_state *state) {
@@ -477,33 +496,30 @@ void kl_clear_faults(struct kl_state *state) {
 
 kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     struct evaluation e;
-    kl_real q[KL_MAX_COORDINATES];
-    kl_real q_rate[KL_MAX_COORDINATES];
+    struct motion q[KL_MAX_COORDINATES];
     kl_real force[KL_MAX_COORDINATES];
     const struct stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
     const kl_real *x = state->x;
     e.faults = 0;
     kl_track_layout_at(&model->track, stage.s_m, &e.reference);
-    place_bodies(model, x, &stage, &e, q, q_rate);
+    place_bodies(model, x, &stage, &e, q);
     place_wheelsets(model, x + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets), &stage,
-                    &e, q, q_rate);
+                    &e, q);
     for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
-        q_rate[i] = KL_R(0);
+        q[i].rate = KL_R(0);
     }
-    suspension_forces(&model->suspension, q, q_rate, force);
+    suspension_forces(&model->suspension, q, force);
     kl_real twice = KL_R(0);
     for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
-        twice -= q[i] * force[i];
+        twice -= q[i].q * force[i];
     }
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
-        struct body_motion motion;
-        unpack_body(body, x, &motion);
-        x += 2u * freedoms_of(body);
-        for (uint32_t k = 0; k < KL_FREEDOMS; k++) {
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            const kl_real rate = e.body[b].rate[f];
             const kl_real inertia =
-                k < (uint32_t)KL_ROLL ? body->mass_kg : body->inertia_kgm2[k - KL_ROLL];
-            twice += inertia * (motion.rate[k] * motion.rate[k]);
+                f < (uint32_t)KL_ROLL ? body->mass_kg : body->inertia_kgm2[f - KL_ROLL];
+            twice += inertia * (rate * rate);
         }
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {

@@ -298,8 +298,7 @@ static uint32_t count_entries(const struct kl_vehicle_def *def, const struct den
 struct rows {
     uint16_t *row_start;
     uint16_t *column;
-    kl_real *k;
-    kl_real *c;
+    struct kl_spring *spring;
 };
 
 static void store_sparse(const struct kl_vehicle_def *def, const struct dense *m,
@@ -310,8 +309,8 @@ static void store_sparse(const struct kl_vehicle_def *def, const struct dense *m
         for (uint32_t j = 0; j < m->n; j++) {
             if (keep_entry(def, m, i, j)) {
                 rows->column[next] = (uint16_t)j;
-                rows->k[next] = (kl_real)m->k[(size_t)i * m->n + j];
-                rows->c[next] = (kl_real)m->c[(size_t)i * m->n + j];
+                rows->spring[next].k = (kl_real)m->k[(size_t)i * m->n + j];
+                rows->spring[next].c = (kl_real)m->c[(size_t)i * m->n + j];
                 next++;
             }
         }
@@ -364,9 +363,8 @@ enum kl_status kl_suspension_build(const struct kl_vehicle_def *def, const doubl
     struct rows rows;
     rows.row_start = kl_arena_take(arena, m.n + 1u, sizeof *rows.row_start);
     rows.column = kl_arena_take(arena, entries, sizeof *rows.column);
-    rows.k = kl_arena_take(arena, entries, sizeof *rows.k);
-    rows.c = kl_arena_take(arena, entries, sizeof *rows.c);
-    if (rows.row_start == NULL || rows.column == NULL || rows.k == NULL || rows.c == NULL) {
+    rows.spring = kl_arena_take(arena, entries, sizeof *rows.spring);
+    if (rows.row_start == NULL || rows.column == NULL || rows.spring == NULL) {
         return kl_report(diag, KL_ERR_MEMORY, "suspension", -1, (double)arena->wanted);
     }
     mark = arena->used;
@@ -380,7 +378,6 @@ enum kl_status kl_suspension_build(const struct kl_vehicle_def *def, const doubl
     suspension->n_entries = entries;
     suspension->row_start = rows.row_start;
     suspension->column = rows.column;
-    suspension->k = rows.k;
-    suspension->c = rows.c;
+    suspension->spring = rows.spring;
     return KL_OK;
 }

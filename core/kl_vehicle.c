@@ -295,8 +295,7 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     h = hash_u32(h, s->n_coordinates);
     h = kl_hash_bytes(h, s->row_start, (s->n_coordinates + 1u) * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->column, s->n_entries * sizeof(uint16_t));
-    h = kl_hash_bytes(h, s->k, s->n_entries * sizeof(kl_real));
-    h = kl_hash_bytes(h, s->c, s->n_entries * sizeof(kl_real));
+    h = kl_hash_bytes(h, s->spring, s->n_entries * sizeof(struct kl_spring));
     h = hash_u32(hash_u32(h, m->track.n_pieces), m->track.n_bins);
     h = hash_real(h, m->track.inv_bin_1_m);
     h = kl_hash_bytes(h, m->track.piece, m->track.n_pieces * sizeof(struct kl_piece));

@@ -111,13 +111,16 @@ struct kl_wheelset {
  * Coordinates: five per body (kl_freedom), then four per wheelset (y, z, roll, yaw). */
 #define KL_COORDINATES(bodies, wheelsets) (KL_FREEDOMS * (bodies) + 4u * (wheelsets))
 #define KL_MAX_COORDINATES KL_COORDINATES(KL_MAX_BODIES, KL_MAX_WHEELSETS)
+struct kl_spring {
+    kl_real k;
+    kl_real c;
+};
 struct kl_suspension {
     uint32_t n_coordinates;
     uint32_t n_entries;
-    const uint16_t *row_start; /* n_coordinates + 1 */
-    const uint16_t *column;    /* n_entries */
-    const kl_real *k;          /* n_entries */
-    const kl_real *c;          /* n_entries */
+    const uint16_t *row_start;      /* n_coordinates + 1 */
+    const uint16_t *column;         /* n_entries */
+    const struct kl_spring *spring; /* n_entries */
 };
 
 struct kl_model {
