@@ -1,7 +1,7 @@
 /*
  * What the loader says to bad files. Each file in tests/tools/bad begins with the messages that it
- * must give: "# expect: @:<line>: <message>", @ being the file itself. Then damage of all sorts:
- * nothing may crash, leak, or fail without a word. Run from the project's root.
+ * must give: "# expect: @:<line>: <message>", @ being the file itself and ... any end. Then damage
+ * of all sorts: nothing may crash, leak, or fail without a word. Run from the project's root.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -83,7 +83,12 @@ static void test_each_bad_file(void **state) {
             expectation(path, expected, sizeof expected);
             int status =
                 try_files(track ? "models/restrained_wheelset.yaml" : path, track ? path : NULL);
-            assert_string_equal(said, expected);
+            char *rest = strstr(expected, "...\n"); /* the core's own words: not fixed here */
+            if (rest != NULL && strncmp(said, expected, (size_t)(rest - expected)) == 0) {
+                assert_true(strlen(said) > (size_t)(rest - expected) + 1);
+            } else {
+                assert_string_equal(said, expected);
+            }
             assert_int_equal(status, -1);
             keeps_nothing(track ? "models/restrained_wheelset.yaml" : path, track ? path : NULL);
             files++;
