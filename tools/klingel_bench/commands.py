@@ -1,0 +1,189 @@
+"""Commands to the node: run control that waits for its acknowledge, the cyclic speed set-point, and the script.
+
+One run command is under way at a time; the next goes out when the one before is answered or given up. The set-point
+runs beside them. Call poll() often (every 20 ms or so); nothing here blocks.
+"""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+import random
+from typing import Callable
+
+from .database import Database
+from .protection import ALIVE_VALUES, seal
+
+RUN_COMMANDS = ("start", "stop", "pause", "step", "reset", "snapshot", "restore", "none")
+MAX_ARGUMENT = 65535
+DONE = "Done"
+REPEATED = "Repeated"
+
+
+@dataclasses.dataclass(frozen=True)
+class Command:
+    """`at_s` after the bench has connected. `value`: steps, or the speed in m/s; None: the set-point ends."""
+
+    at_s: float
+    name: str
+    value: float | None = None
+
+    @classmethod
+    def parse(cls, text: str, at_s: float = 0.0) -> "Command":
+        """`start`, `step=10`, `speed=25`, `speed=off`. Raises ValueError."""
+        name, given, value = text.strip().partition("=")
+        if name == "speed":
+            if value == "off":
+                return cls(at_s, name)
+            speed = float(value or "nan")
+            if not 0.0 <= speed <= 163.0:
+                raise ValueError(f"'{text}': the speed must be 0..163 m/s, or off")
+            return cls(at_s, name, speed)
+        if name not in RUN_COMMANDS or (given and name != "step"):
+            raise ValueError(f"'{text}' is no command: {', '.join(RUN_COMMANDS)}, step=N, speed=V or speed=off")
+        steps = int(value) if given else (1 if name == "step" else 0)
+        if not 0 <= steps <= MAX_ARGUMENT:
+            raise ValueError(f"'{text}': 1..{MAX_ARGUMENT} steps")
+        return cls(at_s, name, steps)
+
+    @classmethod
+    def parse_timed(cls, text: str) -> "Command":
+        """`2.5:speed=25`"""
+        at, colon, rest = text.partition(":")
+        at_s = float(at) if colon else -1.0
+        if not 0.0 <= at_s < 1e9:
+            raise ValueError(f"'{text}' is not SECONDS:COMMAND")
+        return cls.parse(rest, at_s)
+
+    def __str__(self) -> str:
+        if self.name == "speed":
+            return "speed=off" if self.value is None else f"speed={self.value:g}"
+        return f"step={self.value:g}" if self.name == "step" else self.name
+
+
+@dataclasses.dataclass
+class Outcome:
+    command: Command
+    result: str  # of the Ack, or "no answer", "not sent"
+    round_trip_s: float = 0.0
+    run_state: str = ""
+    step: int = 0
+
+    @property
+    def done(self) -> bool:
+        return self.result == DONE
+
+
+class Sealer:
+    """Numbers and seals one protected message. It starts anywhere: the node may remember another sender's count."""
+
+    def __init__(self, database: Database, name: str):
+        self.message = database.by_name[name]
+        self._alive = random.randrange(ALIVE_VALUES)
+
+    def frame(self, **values: float) -> bytes:
+        data = seal(self.message.data_id or 0, self._alive, self.message.encode(values))
+        self._alive = (self._alive + 1) % ALIVE_VALUES
+        return data
+
+
+class Commander:
+    def __init__(self, database: Database, script: list[Command], send: Callable[[int, bytes], bool],
+                 timeout_s: float = 1.0):
+        self.outcomes: list[Outcome] = []
+        self.setpoint: float | None = None
+        self.sent = 0
+        self._send = send
+        self._timeout_s = timeout_s
+        self._script = collections.deque(sorted(script, key=lambda command: command.at_s))
+        self._ready: collections.deque[Command] = collections.deque()
+        self._pending: Command | None = None
+        self._pending_since = 0.0
+        self._pending_again = False
+        self._request = random.randrange(256)
+        self._control = Sealer(database, "RunControl")
+        self._speed = Sealer(database, "SpeedSetpoint")
+        self._ack = database.by_name["Ack"]
+        self._next_setpoint = 0.0
+        self._numbers = {text.lower(): int(raw) for raw, text
+                         in self._control.message.frame.signal_by_name("Command").values.items()}
+
+    @property
+    def idle(self) -> bool:
+        """Nothing is under way or still to come; the set-point may go on."""
+        return not self._script and not self._ready and self._pending is None
+
+    def poll(self, now_s: float) -> None:
+        """Does what is due; `now_s` counts from the connection on."""
+        while self._script and self._script[0].at_s <= now_s:
+            command = self._script.popleft()
+            if command.name == "speed":
+                self._set_speed(command, now_s)
+            else:
+                self._ready.append(command)
+        if self._pending is not None and now_s - self._pending_since > self._timeout_s:
+            self._finish(Outcome(self._pending, "no answer"))
+        if self._pending is None and self._ready:
+            self._start(self._ready.popleft(), now_s)
+        if self.setpoint is not None and now_s >= self._next_setpoint:
+            cycle_s = self._speed.message.cycle_s or 0.1
+            self._next_setpoint = max(self._next_setpoint + cycle_s, now_s)
+            self._put(self._speed, Control=1, Speed=self.setpoint)
+
+    def acknowledge(self, data: bytes, now_s: float) -> None:
+        """Takes an Ack frame; those for other clients' requests are left alone."""
+        answer = self._ack.decode(data)
+        pending = self._pending
+        if pending is None or answer["RequestId"] != self._request:
+            return
+        if str(answer["Command"]).lower() != pending.name:
+            return
+        if answer["Result"] == REPEATED and not self._pending_again:
+            self._pending_again = True  # our first count was the node's last by chance; the next one is not
+            self._transmit(now_s)
+            return
+        self._finish(Outcome(pending, str(answer["Result"]), now_s - self._pending_since,
+                             str(answer["RunState"]), int(answer["Step"])))
+
+    def release(self) -> None:
+        """Hands the speed over for good, so that the node does not brake because the bench has gone."""
+        if self.setpoint is not None:
+            self._put(self._speed, Control=0, Speed=self.setpoint)
+            self.setpoint = None
+
+    def give_up(self) -> None:
+        """Whatever is not answered by now never will be; what had not come due yet is not counted."""
+        if self._pending is not None:
+            self._finish(Outcome(self._pending, "no answer"))
+        while self._ready:
+            self._finish(Outcome(self._ready.popleft(), "not sent"))
+
+    def _set_speed(self, command: Command, now_s: float) -> None:
+        if command.value is None:
+            self.release()
+            return
+        if self.setpoint is None:
+            self._next_setpoint = now_s
+        self.setpoint = command.value
+
+    def _start(self, command: Command, now_s: float) -> None:
+        self._pending = command
+        self._pending_again = False
+        self._request = (self._request + 1) % 256
+        self._transmit(now_s)
+
+    def _transmit(self, now_s: float) -> None:
+        assert self._pending is not None
+        self._pending_since = now_s
+        if not self._put(self._control, Command=self._numbers[self._pending.name], RequestId=self._request,
+                         Argument=int(self._pending.value or 0)):
+            self._finish(Outcome(self._pending, "not sent"))
+
+    def _put(self, sealer: Sealer, **values: float) -> bool:
+        sent = self._send(sealer.message.identifier, sealer.frame(**values))
+        self.sent += sent
+        return sent
+
+    def _finish(self, outcome: Outcome) -> None:
+        self.outcomes.append(outcome)
+        self._pending = None
