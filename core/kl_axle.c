@@ -35,8 +35,8 @@ struct ride {
 
 #define COLUMNS 8 /* arm, radius, sin, cos, f11, f22, f23, f33: neighbours in a row */
 
-static void read_tables(const struct kl_pair *pair, const kl_real w[KL_SIDES], struct kl_axle *axle,
-                        struct ride *ride) {
+static void read_tables(const struct kl_pair *restrict pair, const kl_real w[KL_SIDES],
+                        struct kl_axle *restrict axle, struct ride *restrict ride) {
     kl_real column[KL_SIDES][COLUMNS];
     for (int s = 0; s < KL_SIDES; s++) {
         axle->place[s] = w[s] * pair->inv_step_1_m + (kl_real)pair->half;
@@ -71,8 +71,8 @@ static const kl_real side_sign[KL_SIDES] = {KL_R(1), KL_R(-1)};
  * Displacement relative to the rails: u = y - y0 - r0 phi_x (the cross-level phi_x turns the
  * wheelset about the rails), seen outboard from either side less half the gauge's change.
  */
-void kl_axle_posture(const struct kl_pair *pair, const kl_real *x, kl_real speed_m_s,
-                     kl_real speed_rate_m_s2, struct kl_axle *axle) {
+void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restrict x,
+                     kl_real speed_m_s, kl_real speed_rate_m_s2, struct kl_axle *restrict axle) {
     const struct kl_track_point *track = &axle->track;
     const kl_real v = speed_m_s;
     const kl_real v2 = v * v;
@@ -173,8 +173,8 @@ static void scale_of(const kl_real normal[KL_SIDES], int constant, struct scale 
     }
 }
 
-static void find_creepages(const struct kl_axle *axle, kl_real inv_creep_speed,
-                           struct kl_axle_forces *forces) {
+static void find_creepages(const struct kl_axle *restrict axle, kl_real inv_creep_speed,
+                           struct kl_axle_forces *restrict forces) {
     const kl_real v = forces->speed_m_s;
     const kl_real drift = v * axle->yaw;
     for (int s = 0; s < KL_SIDES; s++) {
@@ -190,8 +190,8 @@ static void find_creepages(const struct kl_axle *axle, kl_real inv_creep_speed,
     }
 }
 
-void kl_axle_forces(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
-                    struct kl_axle_forces *forces) {
+void kl_axle_forces(const struct kl_wheelset *restrict wheelset,
+                    const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
     const struct kl_creep_def *law = &wheelset->creep;
     const struct kl_track_point *track = &axle->track;
     const kl_real m = wheelset->mass_kg;

@@ -70,12 +70,12 @@ struct kl_axle_forces {
 
 /* Posture at the state x (KL_WHEELSET_STATES values), with the track at the wheelset in
  * axle->track, speed V and its rate. */
-void kl_axle_posture(const struct kl_pair *pair, const kl_real *x, kl_real speed_m_s,
-                     kl_real speed_rate_m_s2, struct kl_axle *axle);
+void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restrict x,
+                     kl_real speed_m_s, kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
 
 /* Contact forces and accelerations. */
-void kl_axle_forces(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
-                    struct kl_axle_forces *forces);
+void kl_axle_forces(const struct kl_wheelset *restrict wheelset,
+                    const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
 
 /* Fills the outputs that belong to the wheels and the wheelset. */
 void kl_axle_output(const struct kl_pair *pair, const struct kl_axle *axle,

@@ -138,8 +138,8 @@ static void place_wheelsets(const struct kl_model *model, const kl_real *x,
     }
 }
 
-static void suspension_forces(const struct kl_suspension *suspension, const struct motion *q,
-                              kl_real *force) {
+static void suspension_forces(const struct kl_suspension *restrict suspension,
+                              const struct motion *restrict q, kl_real *restrict force) {
     const struct kl_spring *spring = suspension->spring;
     const uint16_t *column = suspension->column;
     uint32_t at = 0;

@@ -19,8 +19,8 @@ static const struct kl_piece *piece_at(const struct kl_track *track, kl_real s) 
     return &track->piece[s < KL_R(0) ? 0u : p];
 }
 
-static void read_irregularity(const struct kl_track *track, kl_real s,
-                              struct kl_track_point *point) {
+static void read_irregularity(const struct kl_track *restrict track, kl_real s,
+                              struct kl_track_point *restrict point) {
     const kl_real place = (s - track->start_m) * track->inv_step_1_m;
     const kl_real end = (kl_real)(track->n_samples - 1u);
     const kl_real inside = place >= KL_R(0) && place <= end ? KL_R(1) : KL_R(0);
@@ -40,10 +40,10 @@ static void read_irregularity(const struct kl_track *track, kl_real s,
     const kl_real w2[4] = {by2 * u, by2 * (KL_R(3) * t - KL_R(2)), by2 * (KL_R(3) * u - KL_R(2)),
                            by2 * t};
     /* a row is four kl_real: all channels at once */
-    const kl_real *row = &track->irregularity[i].lateral_m;
-    kl_real *value = &point->value.lateral_m;
-    kl_real *slope = &point->slope.lateral_m;
-    kl_real *second = &point->second.lateral_m;
+    const kl_real *restrict row = &track->irregularity[i].lateral_m;
+    kl_real *restrict value = &point->value.lateral_m;
+    kl_real *restrict slope = &point->slope.lateral_m;
+    kl_real *restrict second = &point->second.lateral_m;
     for (int c = 0; c < 4; c++) {
         value[c] =
             (w0[0] * row[c] + w0[1] * row[4 + c]) + (w0[2] * row[8 + c] + w0[3] * row[12 + c]);
