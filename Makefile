@@ -31,7 +31,7 @@ TEST_SRC := $(wildcard tests/core/test_*.c tests/port/test_*.c tests/hal_linux/t
 TEST_BIN := $(TEST_SRC:%.c=$(BUILD)/%)
 LIBS      = $(BUILD)/libklingel_linux.a $(BUILD)/libklingel_port.a $(BUILD)/libklingel_core.a
 
-.PHONY: help deps all lib check test demo format clean
+.PHONY: help deps all lib test-programs check test demo format clean
 help:
 	@echo 'make demo    build, run the two-axle wagon on a CAN bus for 30 s, show its states, draw a picture'
 	@echo 'make test    everything that is tested (what CI runs)'
@@ -79,6 +79,24 @@ $(BUILD)/tests/tools/%: tests/tools/%.c $(CLI_TESTABLE) $(LIBS)
 $(BUILD)/tests/%: tests/%.c $(LIBS)
 	@mkdir -p $(@D)
 	$(CC) $(TESTFLAGS) -MMD -MP -o $@ $< $(LIBS) -lcmocka -lm -lpthread
+
+include tests/conformance/Makefile.inc
+
+test-programs: all $(TEST_BIN) $(CONFORMANCE) $(BUILD)/tests/hal_linux/stream_socketcand
+
+# deps comes first and by itself: nothing can be built before it
+check:
+	@$(MAKE) --no-print-directory deps
+	@$(MAKE) --no-print-directory test-programs
+	@$(PYTHON) tests/run.py --build $(BUILD)
+test:
+	@$(MAKE) --no-print-directory deps
+	@$(MAKE) --no-print-directory -j2 test-programs
+	@$(PYTHON) tests/run.py --build $(BUILD) --all
+demo:
+	@$(MAKE) --no-print-directory deps
+	@$(MAKE) --no-print-directory -j2 all
+	@KLINGEL=$(BUILD)/klingel sh tools/demo.sh
 
 format:
 	clang-format -i $$(git ls-files '*.c' '*.h')
