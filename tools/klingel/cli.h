@@ -1,0 +1,175 @@
+/*
+ * cli.h - what the sub-commands of klingel share: arguments, errors, output files, models.
+ *
+ * A sub-command is a function cmd_NAME(argc, argv), argv[0] being its name, that returns the exit
+ * status of the program. It describes its options in a table (struct cli_option), from which
+ * parsing, checking, --help and error messages all come. Values carry their unit on the command
+ * line if wanted (72km/h, 3mm, 200ms) and are SI inside.
+ */
+#ifndef CLI_H
+#define CLI_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "model_file.h"
+
+enum cli_status { CLI_OK = 0, CLI_FAILED = 1, CLI_USAGE = 2 };
+
+/* ---- the sub-commands ---- */
+
+int cmd_bench(int argc, char **argv);
+int cmd_build(int argc, char **argv);
+int cmd_dbc(int argc, char **argv);
+int cmd_geometry(int argc, char **argv);
+int cmd_hil(int argc, char **argv);
+int cmd_modes(int argc, char **argv);
+int cmd_run(int argc, char **argv);
+int cmd_signals(int argc, char **argv);
+
+/* ---- errors ---- */
+
+/* Names the program in messages: "klingel" or "klingel run"; copied. */
+void cli_set_name(const char *name);
+const char *cli_name(void);
+
+/* Prints "klingel run: ..." to stderr. cli_fail and cli_misuse return the exit status; the latter
+ * adds where help is. */
+void cli_warn(const char *format, ...) __attribute__((format(printf, 1, 2)));
+int cli_fail(const char *format, ...) __attribute__((format(printf, 1, 2)));
+int cli_misuse(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* The word of `words` (n of them) that looks most like `text`; NULL if none is near. */
+const char *cli_nearest(const char *text, const char *const *words, size_t n);
+
+/* ---- quantities ---- */
+
+/*
+ * Reads a decimal number with an optional unit of the same kind as `unit`, which is meant where
+ * none is given; the result is SI. `unit` "" takes no unit. Not a number, NaN, infinity, unknown
+ * unit: false, with the reason in `why`. Units: m mm km; s ms min; m/s mm/s km/h; rad mrad deg;
+ * rad/s mrad/s deg/s.
+ */
+bool cli_quantity(const char *text, const char *unit, double *si, char *why, size_t why_size);
+
+/* What one of a unit is in SI; 1 for unknown ones. */
+double cli_unit(const char *unit);
+
+/* ---- arguments ---- */
+
+/* Default of a CLI_NUMBER that tells whether it was given; see isnan(). */
+#define CLI_NOT_GIVEN ((double)NAN)
+
+#define CLI_MAX_LIST 64
+struct cli_list {
+    size_t n;
+    const char *item[CLI_MAX_LIST];
+};
+
+enum cli_kind {
+    CLI_FLAG = 0,  /* bool: set true */
+    CLI_NUMBER,    /* double, SI; `unit`, `low` and `high` say what is allowed */
+    CLI_COUNT,     /* uint64_t, low..high */
+    CLI_TEXT,      /* const char *: never empty */
+    CLI_MAYBE,     /* const char *: "-" if the option is last or followed by another option */
+    CLI_LIST,      /* struct cli_list: given any number of times */
+    CLI_CHOICE,    /* int: number of the word in `argument`, which lists them: "skip|halt" */
+    CLI_EXTRA_TEXT /* as CLI_TEXT, but not shown by --help */
+};
+
+struct cli_option {
+    const char *name;     /* "--csv" */
+    const char *alias;    /* "-o", or NULL */
+    const char *argument; /* shown in help: "FILE"; NULL for a flag */
+    enum cli_kind kind;
+    void *value;      /* holds the default before parsing */
+    const char *unit; /* NUMBER */
+    double low;       /* NUMBER: SI; COUNT */
+    double high;
+    const char *help; /* with the default; "\n" begins another line */
+};
+
+#define CLI_MAX_OPERANDS 2
+struct cli_command {
+    const char *operands; /* "MODEL [TRACK]" */
+    size_t least;
+    size_t most; /* up to CLI_MAX_OPERANDS */
+    const char *purpose;
+    const char *example; /* lines to be typed, each ended by "\n" */
+    const struct cli_option *options;
+    size_t n_options;
+};
+
+/* What every sub-command with a model has; for the end of an option table. */
+#define CLI_SET_OPTION(list)                                                                       \
+    {                                                                                              \
+        .name = "--set", .argument = "KEY=VALUE", .kind = CLI_LIST, .value = (list),               \
+        .help = "replace a value of the model file, as often as wanted:\n"                         \
+                "elements.restraint.k_N_m[1]=1e6, track.irregularities.spectrum.seed=7"            \
+    }
+
+/*
+ * Parses into the values of the options and into `operand`. Returns true if the command shall go
+ * on; otherwise `*status` is what it returns: --help was printed, or what is wrong was.
+ */
+bool cli_parse(const struct cli_command *command, int argc, char **argv,
+               const char *operand[CLI_MAX_OPERANDS], int *status);
+
+/* ---- output files ---- */
+
+/*
+ * A file that appears complete or not at all: written beside its place under another name, and
+ * renamed by cli_output_close. "-" is standard output. What is no regular file (a pipe, /dev/null)
+ * is written directly. A file that a signal interrupts is removed.
+ */
+struct cli_output {
+    FILE *file;
+    char *path;
+    char *temporary; /* NULL where `path` is written directly */
+};
+
+/* 0, or CLI_FAILED or CLI_USAGE with the reason printed. Names of model files (.yaml) are refused:
+ * a forgotten argument shall not cost a model. */
+int cli_output_open(struct cli_output *output, const char *path);
+
+/* Ends writing; `status` is what the command has come to. Keeps the file only where that is 0 and
+ * all was written. Returns the status, or CLI_FAILED with the reason printed. */
+int cli_output_close(struct cli_output *output, int status);
+
+/* True for "-". */
+bool cli_is_stdout(const char *path);
+
+/* One line of CSV, 12 digits. */
+void cli_csv_row(FILE *file, const double *values, size_t n);
+
+/* A text sink of the port room that writes to the FILE in `context`. */
+int cli_sink_write(void *context, const char *text, size_t size);
+
+/* ---- models ---- */
+
+struct cli_model {
+    struct model_file file; /* must not be moved */
+    struct kl_model model;
+    double build_ms;
+};
+
+/* Loads the files and applies --set. CLI_OK or CLI_FAILED (printed). */
+int cli_model_load(struct cli_model *m, const char *vehicle, const char *track,
+                   const struct cli_list *assignments);
+/* Builds m->model. Frees `m` if that fails. */
+int cli_model_build(struct cli_model *m);
+/* Both. */
+int cli_model_open(struct cli_model *m, const char *vehicle, const char *track,
+                   const struct cli_list *assignments);
+void cli_model_close(struct cli_model *m);
+
+/* The name of a pair in the vehicle file. */
+const char *cli_pair_name(const struct cli_model *m, uint32_t pair);
+
+/* Monotonic time in seconds. */
+double cli_seconds(void);
+
+#endif

@@ -1,0 +1,55 @@
+/* cli_model.c - the model that a sub-command works on. */
+#include <string.h>
+#include <time.h>
+
+#include "cli.h"
+#include "model_source.h"
+
+double cli_seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+int cli_model_load(struct cli_model *m, const char *vehicle, const char *track,
+                   const struct cli_list *assignments) {
+    memset(m, 0, sizeof *m);
+    if (model_file_load(&m->file, vehicle, track, stderr) != 0) {
+        return CLI_FAILED;
+    }
+    if (assignments->n > 0 &&
+        model_file_set(&m->file, assignments->item, assignments->n, stderr) != 0) {
+        model_file_free(&m->file);
+        return CLI_FAILED;
+    }
+    return CLI_OK;
+}
+
+int cli_model_build(struct cli_model *m) {
+    double before = cli_seconds();
+    if (model_file_build(&m->file, &m->model, stderr) != 0) {
+        model_file_free(&m->file);
+        return CLI_FAILED;
+    }
+    m->build_ms = 1e3 * (cli_seconds() - before);
+    return CLI_OK;
+}
+
+int cli_model_open(struct cli_model *m, const char *vehicle, const char *track,
+                   const struct cli_list *assignments) {
+    int status = cli_model_load(m, vehicle, track, assignments);
+    return status == CLI_OK ? cli_model_build(m) : status;
+}
+
+void cli_model_close(struct cli_model *m) {
+    model_file_free(&m->file);
+}
+
+const char *cli_pair_name(const struct cli_model *m, uint32_t pair) {
+    char path[48];
+    const struct outline *outline = &m->file.vehicle_parts->outline;
+    snprintf(path, sizeof path, "pairs[%u].name", (unsigned)pair);
+    int32_t node = outline_find(outline, path, NULL);
+    return node != OUTLINE_NONE && outline->nodes[node].text != NULL ? outline->nodes[node].text
+                                                                     : "?";
+}

@@ -1,0 +1,407 @@
+/* cmd_modes.c - klingel modes: eigenvalues about a steady state, and critical speeds. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "modes_linear.h"
+
+#define TWO_PI 6.283185307179586
+#define MOST_SPEEDS 100000.0
+#define SCAN_STEP 0.5    /* m/s, between two looks at the stability */
+#define BISECTED 1e-6    /* m/s */
+#define SENSITIVE 1e-4   /* relative change of an eigenvalue that is worth a warning */
+#define LOWEST_SPEED 0.1 /* m/s; below, creepages no longer divide by V */
+
+struct range {
+    double low;
+    double high;
+    double step;
+};
+
+struct arguments {
+    double speed_m_s;
+    const char *speeds;
+    const char *critical;
+    double at_m;
+    const char *csv;
+    struct cli_list set;
+};
+
+struct job {
+    const struct kl_model *model;
+    struct modes_names names;
+    double at_m;
+    FILE *csv;
+    bool text;
+    bool warned;
+    struct modes modes; /* large */
+};
+
+/* ---- ranges ---- */
+
+/* "A:B" or "A:B:STEP", each a speed. */
+static int parse_range(const char *option, const char *text, struct range *range) {
+    char part[64];
+    char why[160];
+    double *const value[] = {&range->low, &range->high, &range->step};
+    const char *at = text;
+    size_t n = 0;
+    size_t wanted = isnan(range->step) ? 3 : 2;
+    for (; n < wanted && at != NULL; n++) {
+        snprintf(part, sizeof part, "%.*s", (int)strcspn(at, ":"), at);
+        if (!cli_quantity(part, "m/s", value[n], why, sizeof why)) {
+            return cli_misuse("%s %s: '%s' %s", option, text, part, why);
+        }
+        at = strchr(at, ':');
+        at = at != NULL ? at + 1 : NULL;
+    }
+    if (n != wanted || at != NULL) {
+        return cli_misuse("%s %s: must be %s, speeds in m/s", option, text,
+                          wanted == 3 ? "A:B:STEP" : "LOW:HIGH");
+    }
+    if (!(range->low >= LOWEST_SPEED && range->low <= range->high &&
+          range->high <= KL_MAX_SPEED_M_S)) {
+        return cli_misuse("%s %s: speeds must rise within %g..%g m/s", option, text, LOWEST_SPEED,
+                          KL_MAX_SPEED_M_S);
+    }
+    if (!(range->step > 0.0 && (range->high - range->low) / range->step <= MOST_SPEEDS)) {
+        return cli_misuse("%s %s: the step must be positive, and the speeds at most %.0f", option,
+                          text, MOST_SPEEDS);
+    }
+    return CLI_OK;
+}
+
+/* ---- one speed ---- */
+
+static int find(struct job *job, double speed_m_s, bool parts) {
+    const struct modes_request request = {.model = job->model,
+                                          .names = &job->names,
+                                          .speed_m_s = speed_m_s,
+                                          .at_m = job->at_m,
+                                          .parts = parts,
+                                          .check = parts};
+    int status = modes_find(&request, &job->modes);
+    if (status == CLI_OK && parts && job->modes.insensitivity > SENSITIVE && !job->warned) {
+        job->warned = true;
+        cli_warn("at %g m/s eigenvalues change by %.1e if the differences are taken wider: the "
+                 "model is not smooth there",
+                 speed_m_s, job->modes.insensitivity);
+    }
+    return status;
+}
+
+static double damping_ratio(const struct mode *mode) {
+    double size = hypot(mode->real, mode->imag);
+    return size > 0.0 ? -mode->real / size : 0.0;
+}
+
+static void parts_text(const struct job *job, const struct mode *mode, char *text, size_t size) {
+    text[0] = '\0';
+    for (uint32_t i = 0; i < mode->n_parts; i++) {
+        size_t at = strlen(text);
+        double degrees = remainder(mode->part[i].phase_rad, TWO_PI) * 360.0 / TWO_PI;
+        snprintf(text + at, size - at, "%s%s %.0f%%", i == 0 ? "" : "  ",
+                 job->names.freedom[mode->part[i].freedom].name, 100.0 * mode->part[i].share);
+        at = strlen(text);
+        if (i > 0 && mode->imag > 0.0) {
+            snprintf(text + at, size - at, " (%+.0f deg)", degrees);
+        }
+    }
+}
+
+static void csv_header(FILE *csv) {
+    fprintf(csv, "speed_m_s,mode,real_1_s,imag_rad_s,frequency_Hz,damping_ratio,dominant,share,"
+                 "second,second_share,third,third_share\n");
+}
+
+static void csv_modes(const struct job *job, double speed_m_s) {
+    for (uint32_t i = 0; i < job->modes.n_modes; i++) {
+        const struct mode *mode = &job->modes.mode[i];
+        fprintf(job->csv, "%.12g,%u,%.12g,%.12g,%.12g,%.12g", speed_m_s, i + 1, mode->real,
+                mode->imag, mode->imag / TWO_PI, damping_ratio(mode));
+        for (uint32_t k = 0; k < 3; k++) {
+            if (k < mode->n_parts) {
+                fprintf(job->csv, ",%s,%.4g", job->names.freedom[mode->part[k].freedom].name,
+                        mode->part[k].share);
+            } else {
+                fprintf(job->csv, ",,");
+            }
+        }
+        fputc('\n', job->csv);
+    }
+}
+
+static void print_state(const struct job *job) {
+    const struct kl_output *o = &job->modes.output;
+    if (o->track.curvature_1_m == (kl_real)0 && o->track.cant_rad == (kl_real)0) {
+        return;
+    }
+    printf("  steady state in curvature %g 1/m, cant %g mrad:", (double)o->track.curvature_1_m,
+           1e3 * (double)o->track.cant_rad);
+    for (uint32_t w = 0; w < job->model->n_wheelsets; w++) {
+        printf(" %s y %.4f mm, yaw %.4f mrad;", job->model->wheelsets[w].name,
+               1e3 * (double)o->wheelset[w].y_m, 1e3 * (double)o->wheelset[w].yaw_rad);
+    }
+    printf("\n");
+}
+
+static void print_modes(const struct job *job, double speed_m_s) {
+    printf("V = %g m/s (%.1f km/h): %s\n", speed_m_s, 3.6 * speed_m_s,
+           job->modes.largest_real < 0.0 ? "stable" : "UNSTABLE");
+    print_state(job);
+    printf("  %12s %12s %10s %9s  %s\n", "real 1/s", "imag rad/s", "freq. Hz", "damping",
+           "freedoms by kinetic energy");
+    for (uint32_t i = 0; i < job->modes.n_modes; i++) {
+        const struct mode *mode = &job->modes.mode[i];
+        char text[200];
+        parts_text(job, mode, text, sizeof text);
+        printf("  %12.6g %12.6g %10.5g %9.4f  %s\n", mode->real, mode->imag, mode->imag / TWO_PI,
+               damping_ratio(mode), text);
+    }
+    if (job->modes.n_neutral > 0) {
+        printf("  neutral (below %g rad/s) and left out of the verdict: %u\n", MODES_NEUTRAL,
+               job->modes.n_neutral);
+    }
+}
+
+static int show_speeds(struct job *job, const struct range *range) {
+    double count = floor((range->high - range->low) / range->step * (1.0 + 1e-12) + 1e-9);
+    for (double i = 0.0; i <= count; i += 1.0) {
+        double speed = fmin(range->low + i * range->step, range->high);
+        int status = find(job, speed, true);
+        if (status != CLI_OK) {
+            return status;
+        }
+        if (job->text) {
+            print_modes(job, speed);
+        }
+        if (job->csv != NULL) {
+            csv_modes(job, speed);
+        }
+    }
+    return CLI_OK;
+}
+
+/* ---- critical speeds ---- */
+
+/* The speed between the two at which stability changes; *stable is that at `low`. */
+static int bisect(struct job *job, double low, double high, bool stable, double *speed) {
+    while (high - low > BISECTED) {
+        double middle = 0.5 * (low + high);
+        int status = find(job, middle, false);
+        if (status != CLI_OK) {
+            return status;
+        }
+        if ((job->modes.largest_real < 0.0) == stable) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    *speed = 0.5 * (low + high);
+    return CLI_OK;
+}
+
+static const struct mode *least_stable(const struct modes *modes) {
+    const struct mode *worst = NULL;
+    for (uint32_t i = 0; i < modes->n_modes; i++) {
+        const struct mode *mode = &modes->mode[i];
+        if (hypot(mode->real, mode->imag) > MODES_NEUTRAL &&
+            (worst == NULL || mode->real > worst->real)) {
+            worst = mode;
+        }
+    }
+    return worst;
+}
+
+static int show_crossing(struct job *job, double low, double high, bool stable) {
+    double speed = 0.0;
+    int status = bisect(job, low, high, stable, &speed);
+    status = status == CLI_OK ? find(job, speed, true) : status;
+    if (status != CLI_OK) {
+        return status;
+    }
+    const struct mode *mode = least_stable(&job->modes);
+    if (job->text) {
+        char text[200];
+        parts_text(job, mode, text, sizeof text);
+        printf("%12.6f m/s (%.3f km/h): %s at %.5g Hz, %s\n", speed, 3.6 * speed,
+               stable ? "becomes unstable" : "becomes stable", mode->imag / TWO_PI, text);
+    }
+    if (job->csv != NULL) {
+        fprintf(job->csv, "%.12g,%s,%.12g,%s\n", speed, stable ? "unstable" : "stable",
+                mode->imag / TWO_PI, job->names.freedom[mode->part[0].freedom].name);
+    }
+    return CLI_OK;
+}
+
+static int show_critical(struct job *job, const struct range *range) {
+    int status = find(job, range->low, false);
+    bool stable = job->modes.largest_real < 0.0;
+    unsigned found = 0;
+    double last = range->low;
+    if (status == CLI_OK && job->text) {
+        printf("critical speeds from %g to %g m/s (%s at %g m/s)\n", range->low, range->high,
+               stable ? "stable" : "unstable", range->low);
+    }
+    while (status == CLI_OK && last < range->high) {
+        double next = fmin(last + range->step, range->high);
+        status = find(job, next, false);
+        if (status == CLI_OK && (job->modes.largest_real < 0.0) != stable) {
+            status = show_crossing(job, last, next, stable);
+            stable = !stable;
+            found++;
+        }
+        last = next;
+    }
+    if (status == CLI_OK && found == 0 && job->text) {
+        printf("  none\n");
+    }
+    return status;
+}
+
+/* ---- the command ---- */
+
+static int perform(struct job *job, const struct arguments *a) {
+    struct range speeds = {a->speed_m_s, a->speed_m_s, 1.0};
+    struct range critical = {1.0, KL_MAX_SPEED_M_S, SCAN_STEP};
+    struct cli_output csv = {0};
+    int status = CLI_OK;
+    if (a->speeds != NULL) {
+        speeds.step = CLI_NOT_GIVEN;
+        status = parse_range("--speeds", a->speeds, &speeds);
+    }
+    if (status == CLI_OK && a->critical != NULL && !cli_is_stdout(a->critical)) {
+        status = parse_range("--critical", a->critical, &critical);
+    }
+    if (status == CLI_OK && a->csv != NULL) {
+        status = cli_output_open(&csv, a->csv);
+    }
+    if (status != CLI_OK) {
+        return status;
+    }
+    job->csv = csv.file;
+    job->text = !cli_is_stdout(a->csv);
+    modes_name(job->model, &job->names);
+    const bool modes = a->critical == NULL || a->speeds != NULL || !isnan(a->speed_m_s);
+    if (modes) {
+        if (job->csv != NULL) {
+            csv_header(job->csv);
+        }
+        status = show_speeds(job, &speeds);
+        job->csv = NULL; /* holds one kind of table */
+    }
+    if (status == CLI_OK && a->critical != NULL) {
+        if (job->csv != NULL) {
+            fprintf(job->csv, "critical_speed_m_s,becomes,frequency_Hz,dominant\n");
+        }
+        status = show_critical(job, &critical);
+    }
+    status = cli_output_close(&csv, status);
+    if (fflush(stdout) != 0 && status == CLI_OK) {
+        status = cli_fail("cannot write to standard output");
+    }
+    return status;
+}
+
+/* The model on smooth track: a mode knows no irregularities. */
+static int open_smooth(struct cli_model *m, const char *const *operand, const struct arguments *a) {
+    int status = cli_model_load(m, operand[0], operand[1], &a->set);
+    if (status == CLI_OK) {
+        m->file.track.irregularity.n_samples = 0;
+        status = cli_model_build(m);
+    }
+    return status;
+}
+
+static int check(const struct arguments *a) {
+    const bool modes = a->speeds != NULL || !isnan(a->speed_m_s);
+    if (!modes && a->critical == NULL) {
+        return cli_misuse("one of --speed, --speeds and --critical is needed");
+    }
+    if (a->speeds != NULL && !isnan(a->speed_m_s)) {
+        return cli_misuse("--speed and --speeds exclude each other");
+    }
+    if (modes && a->critical != NULL && cli_is_stdout(a->csv)) {
+        return cli_misuse("--csv to standard output holds modes or critical speeds, not both");
+    }
+    return CLI_OK;
+}
+
+int cmd_modes(int argc, char **argv) {
+    struct arguments a = {.speed_m_s = CLI_NOT_GIVEN};
+    const char *operand[CLI_MAX_OPERANDS];
+    int status = CLI_OK;
+    const struct cli_option options[] = {
+        {.name = "--speed",
+         .argument = "V",
+         .kind = CLI_NUMBER,
+         .value = &a.speed_m_s,
+         .unit = "m/s",
+         .low = LOWEST_SPEED,
+         .high = KL_MAX_SPEED_M_S,
+         .help = "modes at one speed, m/s or with a unit (72km/h); 0.1..150 m/s"},
+        {.name = "--speeds",
+         .argument = "A:B:STEP",
+         .kind = CLI_TEXT,
+         .value = &a.speeds,
+         .help = "modes at speeds from A to B, m/s or with units"},
+        {.name = "--critical",
+         .argument = "LOW:HIGH",
+         .kind = CLI_MAYBE,
+         .value = &a.critical,
+         .help = "every speed at which stability changes, to 1e-6 m/s: looked for in\n"
+                 "steps of 0.5 m/s, then bisected; default 1:150 m/s"},
+        {.name = "--at",
+         .argument = "S",
+         .kind = CLI_NUMBER,
+         .value = &a.at_m,
+         .unit = "m",
+         .low = -1e6,
+         .high = 1e6,
+         .help = "where on the track, m; default 0. The whole vehicle should stand on\n"
+                 "one curvature there"},
+        {.name = "--csv",
+         .argument = "FILE",
+         .kind = CLI_MAYBE,
+         .value = &a.csv,
+         .help = "the modes as CSV (with --critical alone: the critical speeds);\n"
+                 "without FILE, or with -, to standard output in place of the text"},
+        CLI_SET_OPTION(&a.set),
+    };
+    const struct cli_command command = {
+        .operands = "MODEL [TRACK]",
+        .least = 1,
+        .most = 2,
+        .purpose =
+            "Eigenvalues of a vehicle about its steady state: straight track (default) or where\n"
+            "--at says on TRACK; irregularities are left out. Prints frequency, damping ratio\n"
+            "(negative: unstable) and the freedoms that hold most of the kinetic energy, with\n"
+            "their phases. The model is linearised by central differences of its equations; a\n"
+            "warning tells where the result depends on how wide these are. Stability is that of\n"
+            "the largest real part; eigenvalues below 0.001 rad/s count as neutral (a freedom\n"
+            "that nothing holds) and do not enter.",
+        .example = "klingel modes models/restrained_wheelset.yaml --critical\n"
+                   "klingel modes models/two_axle_wagon.yaml --speeds 10:60:10 --csv modes.csv\n",
+        .options = options,
+        .n_options = sizeof options / sizeof options[0]};
+    if (!cli_parse(&command, argc, argv, operand, &status) || (status = check(&a)) != CLI_OK) {
+        return status;
+    }
+    struct cli_model m;
+    status = open_smooth(&m, operand, &a);
+    if (status != CLI_OK) {
+        return status;
+    }
+    struct job *job = calloc(1, sizeof *job);
+    if (job == NULL) {
+        status = cli_fail("out of memory");
+    } else {
+        job->model = &m.model;
+        job->at_m = a.at_m;
+        status = perform(job, &a);
+    }
+    free(job);
+    cli_model_close(&m);
+    return status;
+}

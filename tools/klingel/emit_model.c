@@ -1,0 +1,304 @@
+/* emit_model.c - the model as C source. Order of the fields as in the headers. */
+#include "emit_model.h"
+
+#include <inttypes.h>
+
+/* Exact, and of the real type: no conversion is left to the compiler. */
+static void real(FILE *f, kl_real value) {
+    fprintf(f, sizeof(kl_real) == sizeof(float) ? "%af" : "%a", (double)value);
+}
+
+static void reals(FILE *f, const kl_real *values, size_t n) {
+    fputc('{', f);
+    for (size_t i = 0; i < n; i++) {
+        fputs(i == 0 ? "" : i % 6 == 0 ? ",\n     " : ", ", f);
+        real(f, values[i]);
+    }
+    fputc('}', f);
+}
+
+static void field(FILE *f, const char *name, kl_real value) {
+    fprintf(f, ".%s = ", name);
+    real(f, value);
+    fputs(", ", f);
+}
+
+static void words(FILE *f, const char *name, const char *what, const uint16_t *values, size_t n) {
+    fprintf(f, "static const uint16_t %s_%s[] = {", name, what);
+    for (size_t i = 0; i < n; i++) {
+        fprintf(f, "%s%u", i == 0 ? "" : i % 24 == 0 ? ",\n    " : ", ", (unsigned)values[i]);
+    }
+    fputs("};\n", f);
+}
+
+/* ---- the arrays behind the model ---- */
+
+static void bodies(FILE *f, const struct kl_model *m, const char *name) {
+    if (m->n_bodies == 0) {
+        return;
+    }
+    fprintf(f, "static const struct kl_body %s_bodies[] = {\n", name);
+    for (uint32_t i = 0; i < m->n_bodies; i++) {
+        const struct kl_body *b = &m->bodies[i];
+        fprintf(f, "    {.name = \"%s\", ", b->name);
+        field(f, "mass_kg", b->mass_kg);
+        fputs("\n     .inertia_kgm2 = ", f);
+        reals(f, b->inertia_kgm2, 3);
+        fputs(",\n     ", f);
+        field(f, "x_m", b->x_m);
+        field(f, "z_m", b->z_m);
+        fprintf(f, ".freedoms = %" PRIu32 "},\n", b->freedoms);
+    }
+    fputs("};\n\n", f);
+}
+
+static void creep(FILE *f, const struct kl_creep_def *c) {
+    fprintf(f, ".creep = {.law = %s, ",
+            c->law == KL_CREEP_LINEAR ? "KL_CREEP_LINEAR" : "KL_CREEP_SHE");
+    field(f, "friction", c->friction);
+    field(f, "f11_N", c->f11_N);
+    fputs("\n     ", f);
+    field(f, "f22_N", c->f22_N);
+    field(f, "f23_Nm", c->f23_Nm);
+    field(f, "f33_Nm2", c->f33_Nm2);
+    fputs("}", f);
+}
+
+static void wheelsets(FILE *f, const struct kl_model *m, const char *name) {
+    fprintf(f, "static const struct kl_wheelset %s_wheelsets[] = {\n", name);
+    for (uint32_t i = 0; i < m->n_wheelsets; i++) {
+        const struct kl_wheelset *w = &m->wheelsets[i];
+        fprintf(f, "    {.name = \"%s\", ", w->name);
+        field(f, "mass_kg", w->mass_kg);
+        fputs("\n     ", f);
+        field(f, "inertia_roll_kgm2", w->inertia_roll_kgm2);
+        field(f, "inertia_spin_kgm2", w->inertia_spin_kgm2);
+        fputs("\n     ", f);
+        field(f, "inertia_yaw_kgm2", w->inertia_yaw_kgm2);
+        field(f, "x_m", w->x_m);
+        fputs("\n     .preload = ", f);
+        reals(f, w->preload, 4);
+        fputs(",\n     ", f);
+        field(f, "static_load_N", w->static_load_N);
+        fprintf(f, ".pair = %" PRIu32 ",\n     ", w->pair);
+        creep(f, &w->creep);
+        fputs("},\n", f);
+    }
+    fputs("};\n\n", f);
+}
+
+static void rows(FILE *f, const struct kl_pair *pair, const char *name, uint32_t index) {
+    static const char *const side[KL_SIDES] = {"right", "left"};
+    for (int s = 0; s < KL_SIDES; s++) {
+        fprintf(f, "static const struct kl_row %s_rows_%" PRIu32 "_%s[] = {\n", name, index,
+                side[s]);
+        for (uint32_t i = 0; i < 2 * pair->half + 1; i++) {
+            /* a row is nothing but kl_real columns */
+            fputs("    ", f);
+            reals(f, (const kl_real *)&pair->side[s].rows[i],
+                  sizeof(struct kl_row) / sizeof(kl_real));
+            fputs(",\n", f);
+        }
+        fputs("};\n\n", f);
+    }
+}
+
+static void jumps(FILE *f, const struct kl_side_table *table) {
+    fputs("          .jumps = {", f);
+    for (uint32_t i = 0; i < table->n_jumps && i < KL_MAX_JUMPS; i++) {
+        const struct kl_jump *j = &table->jumps[i];
+        fprintf(f, "%s{%a, %a, %a}", i == 0 ? "" : ",\n                    ", j->w_m,
+                j->eta_before_m, j->eta_after_m);
+    }
+    if (table->n_jumps == 0) {
+        fputs("{0.0, 0.0, 0.0}", f);
+    }
+    fprintf(f, "},\n          .n_jumps = %" PRIu32 "},\n", table->n_jumps);
+}
+
+static void pairs(FILE *f, const struct kl_model *m, const char *name) {
+    for (uint32_t i = 0; i < m->n_pairs; i++) {
+        rows(f, &m->pairs[i], name, i);
+    }
+    fprintf(f, "static const struct kl_pair %s_pairs[] = {\n", name);
+    for (uint32_t i = 0; i < m->n_pairs; i++) {
+        const struct kl_pair *p = &m->pairs[i];
+        fputs("    {.side = {\n", f);
+        for (int s = 0; s < KL_SIDES; s++) {
+            fprintf(f, "         {.rows = %s_rows_%" PRIu32 "_%s,\n", name, i,
+                    s == KL_RIGHT ? "right" : "left");
+            jumps(f, &p->side[s]);
+        }
+        fprintf(f, "     },\n     .half = %" PRIu32 ", ", p->half);
+        field(f, "step_m", p->step_m);
+        field(f, "inv_step_1_m", p->inv_step_1_m);
+        fputs("\n     ", f);
+        field(f, "range_m", p->range_m);
+        field(f, "base_m", p->base_m);
+        field(f, "inv_base_1_m", p->inv_base_1_m);
+        fputs("\n     .share = ", f);
+        reals(f, p->share, KL_SIDES);
+        fputs(", ", f);
+        field(f, "radius_m", p->radius_m);
+        fputs("},\n", f);
+    }
+    fputs("};\n\n", f);
+}
+
+static void suspension(FILE *f, const struct kl_model *m, const char *name) {
+    const struct kl_suspension *s = &m->suspension;
+    words(f, name, "row_start", s->row_start, s->n_coordinates + 1);
+    if (s->n_entries == 0) {
+        fputc('\n', f);
+        return;
+    }
+    words(f, name, "column", s->column, s->n_entries);
+    fprintf(f, "static const struct kl_spring %s_spring[] = {\n", name);
+    for (uint32_t i = 0; i < s->n_entries; i++) {
+        fputs("    {", f);
+        real(f, s->spring[i].k);
+        fputs(", ", f);
+        real(f, s->spring[i].c);
+        fputs("},\n", f);
+    }
+    fputs("};\n\n", f);
+}
+
+static void pieces(FILE *f, const struct kl_track *t, const char *name) {
+    if (t->n_pieces > 0) {
+        fprintf(f, "static const struct kl_piece %s_piece[] = {\n", name);
+    }
+    for (uint32_t i = 0; i < t->n_pieces; i++) {
+        const struct kl_piece *piece = &t->piece[i];
+        fputs("    {", f);
+        field(f, "start_m", piece->start_m);
+        fputs(".curvature = ", f);
+        reals(f, piece->curvature, 4);
+        fputs(",\n     .cant = ", f);
+        reals(f, piece->cant, 4);
+        fputs(",\n     ", f);
+        field(f, "heading_rad", piece->heading_rad);
+        field(f, "offset_m", piece->offset_m);
+        fputs("\n     ", f);
+        field(f, "path_x_m", piece->path_x_m);
+        field(f, "path_y_m", piece->path_y_m);
+        fputs("},\n", f);
+    }
+    fputs(t->n_pieces > 0 ? "};\n" : "", f);
+    if (t->n_bins > 0) {
+        words(f, name, "bin", t->bin, t->n_bins);
+    }
+    fputc('\n', f);
+}
+
+static void irregularities(FILE *f, const struct kl_track *t, const char *name) {
+    if (t->irregularity == NULL) {
+        return;
+    }
+    fprintf(f, "static const struct kl_irregularity_row %s_irregularity[] = {\n", name);
+    for (uint32_t i = 0; i < t->n_samples + 2; i++) {
+        const struct kl_irregularity_row *row = &t->irregularity[i];
+        const kl_real values[4] = {row->lateral_m, row->vertical_m, row->cross_rad, row->gauge_m};
+        fputs("    ", f);
+        reals(f, values, 4);
+        fputs(",\n", f);
+    }
+    fputs("};\n\n", f);
+}
+
+/* ---- the model ---- */
+
+static void track_fields(FILE *f, const struct kl_track *t, const char *name) {
+    fprintf(f, "    .track = {.n_pieces = %" PRIu32 ", .n_bins = %" PRIu32 ",", t->n_pieces,
+            t->n_bins);
+    if (t->n_pieces > 0) {
+        fprintf(f, " .piece = %s_piece,", name);
+    }
+    if (t->n_bins > 0) {
+        fprintf(f, " .bin = %s_bin,", name);
+    }
+    if (t->irregularity != NULL) {
+        fprintf(f, " .irregularity = %s_irregularity,", name);
+    }
+    fprintf(f, "\n              .n_samples = %" PRIu32 ", ", t->n_samples);
+    field(f, "inv_bin_1_m", t->inv_bin_1_m);
+    field(f, "start_m", t->start_m);
+    fputs("\n              ", f);
+    field(f, "step_m", t->step_m);
+    field(f, "inv_step_1_m", t->inv_step_1_m);
+    fputs("},\n", f);
+}
+
+static void suspension_fields(FILE *f, const struct kl_suspension *s, const char *name) {
+    fprintf(f,
+            "    .suspension = {.n_coordinates = %" PRIu32 ", .n_entries = %" PRIu32
+            ", .row_start = %s_row_start",
+            s->n_coordinates, s->n_entries, name);
+    if (s->n_entries > 0) {
+        fprintf(f, ",\n                   .column = %s_column, .spring = %s_spring", name, name);
+    }
+    fputs("},\n", f);
+}
+
+static void definition(FILE *f, const struct kl_model *m, const char *name) {
+    fprintf(f, "extern const struct kl_model %s;\nconst struct kl_model %s = {\n", name, name);
+    fprintf(f,
+            "    .version = %" PRIu32 ", .real_bytes = %" PRIu32 ", .name = \"%s\",\n"
+            "    .step_ns = INT64_C(%" PRId64 "), ",
+            m->version, m->real_bytes, m->name, m->step_ns);
+    field(f, "step_s", m->step_s);
+    fputs("\n    ", f);
+    field(f, "gravity_m_s2", m->gravity_m_s2);
+    field(f, "acceleration_limit_m_s2", m->acceleration_limit_m_s2);
+    fprintf(f,
+            "\n    .n_bodies = %" PRIu32 ", .n_wheelsets = %" PRIu32 ", .n_pairs = %" PRIu32
+            ", .n_states = %" PRIu32 ",\n    ",
+            m->n_bodies, m->n_wheelsets, m->n_pairs, m->n_states);
+    if (m->n_bodies > 0) {
+        fprintf(f, ".bodies = %s_bodies, ", name);
+    }
+    fprintf(f, ".wheelsets = %s_wheelsets, .pairs = %s_pairs,\n", name, name);
+    suspension_fields(f, &m->suspension, name);
+    track_fields(f, &m->track, name);
+    fprintf(f, "    .hash = UINT64_C(0x%016" PRIx64 ")};\n", m->hash);
+}
+
+static void head(FILE *f, const struct kl_model *m, const char *name) {
+    fprintf(f,
+            "/* Model \"%s\", written by klingel build; not to be edited. State %u values, "
+            "constant data about %zu bytes. */\n"
+            "#include \"klingel.h\"\n\n"
+            "#if KL_MODEL_VERSION != %" PRIu32 "u\n"
+            "#error \"%s belongs to another version of the core: build it again\"\n#endif\n"
+            "#if KL_MAX_BODIES < %" PRIu32 " || KL_MAX_WHEELSETS < %" PRIu32 "\n"
+            "#error \"%s needs larger KL_MAX_BODIES or KL_MAX_WHEELSETS\"\n#endif\n"
+            "_Static_assert(sizeof(kl_real) == %zu, \"%s was built for another real type\");\n\n",
+            m->name, (unsigned)m->n_states, emit_model_bytes(m), m->version, name, m->n_bodies,
+            m->n_wheelsets, name, sizeof(kl_real), name);
+}
+
+void emit_model(FILE *file, const struct kl_model *model, const char *name) {
+    head(file, model, name);
+    bodies(file, model, name);
+    wheelsets(file, model, name);
+    pairs(file, model, name);
+    suspension(file, model, name);
+    pieces(file, &model->track, name);
+    irregularities(file, &model->track, name);
+    definition(file, model, name);
+}
+
+size_t emit_model_bytes(const struct kl_model *m) {
+    const struct kl_suspension *s = &m->suspension;
+    size_t bytes = sizeof *m + m->n_bodies * sizeof *m->bodies +
+                   m->n_wheelsets * sizeof *m->wheelsets + m->n_pairs * sizeof *m->pairs +
+                   (s->n_coordinates + 1 + s->n_entries) * sizeof(uint16_t) +
+                   s->n_entries * sizeof(struct kl_spring) +
+                   m->track.n_pieces * sizeof(struct kl_piece) + m->track.n_bins * sizeof(uint16_t);
+    for (uint32_t i = 0; i < m->n_pairs; i++) {
+        bytes += KL_SIDES * (2 * m->pairs[i].half + 1) * sizeof(struct kl_row);
+    }
+    return bytes + (m->track.irregularity != NULL
+                        ? (m->track.n_samples + 2) * sizeof(struct kl_irregularity_row)
+                        : 0);
+}

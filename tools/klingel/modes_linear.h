@@ -1,0 +1,67 @@
+/*
+ * modes_linear.h - a model linearised about a steady state, and its eigenvalues. Private to
+ * cmd_modes.c.
+ */
+#ifndef MODES_LINEAR_H
+#define MODES_LINEAR_H
+
+#include "cli.h"
+
+/* Below this magnitude (rad/s) an eigenvalue counts as neutral: a freedom that nothing holds. */
+#define MODES_NEUTRAL 1e-3
+
+struct mode {
+    double real; /* 1/s */
+    double imag; /* rad/s, >= 0: one of a pair */
+    /* the rates (positions if neutral) of the eigenvector, by kinetic energy */
+    struct {
+        uint32_t freedom; /* index into struct modes_names */
+        double share;     /* of the energy, 0..1 */
+        double phase_rad; /* against the largest */
+    } part[3];
+    uint32_t n_parts;
+};
+
+struct modes {
+    uint32_t n;       /* states */
+    uint32_t n_modes; /* pairs counted once */
+    struct mode mode[KL_MAX_STATES];
+    double largest_real;     /* of those that are not neutral; -HUGE_VAL if all are */
+    uint32_t n_neutral;      /* eigenvalues */
+    double residual;         /* largest rate in the steady state */
+    double insensitivity;    /* largest change of an eigenvalue, relative to its magnitude, when
+                                the differences are taken four times as wide; 0 if not asked for */
+    struct kl_state state;   /* the steady state */
+    struct kl_output output; /* in it */
+};
+
+/* The freedoms of a model: bodies' and wheelsets', each with the states of position and rate. */
+struct modes_names {
+    uint32_t n;
+    struct {
+        char name[KL_NAME_SIZE + 8];
+        int32_t position; /* state; -1 for spin */
+        int32_t rate;
+        double inertia;
+    } freedom[KL_FREEDOMS * KL_MAX_BODIES + 3 * KL_MAX_WHEELSETS];
+};
+void modes_name(const struct kl_model *model, struct modes_names *names);
+
+struct modes_request {
+    const struct kl_model *model;
+    const struct modes_names *names;
+    double speed_m_s;
+    double at_m; /* distance */
+    bool parts;  /* eigenvectors too */
+    bool check;  /* insensitivity too */
+};
+
+/*
+ * The steady state at a speed (Newton-Raphson from the centred state at rest, rates of all states
+ * zero; the centred state itself where it is one), the Jacobian of kl_rates about it by central
+ * differences, and its eigenvalues. Modes come in order of rising frequency, then damping. CLI_OK,
+ * or CLI_FAILED (printed).
+ */
+int modes_find(const struct modes_request *request, struct modes *modes);
+
+#endif
