@@ -34,6 +34,7 @@ struct job {
     FILE *csv;
     bool text;
     bool warned;
+    bool jump_warned;
     struct modes modes; /* large */
 };
 
@@ -88,6 +89,29 @@ static int find(struct job *job, double speed_m_s, bool parts) {
                  speed_m_s, job->modes.insensitivity);
     }
     return status;
+}
+
+/* The table bridges a jump within one of its steps, steeply: modes there are those of the bridge.
+ */
+static void warn_of_jumps(struct job *job, double speed_m_s) {
+    static const char *const side_name[KL_SIDES] = {"right", "left"};
+    for (uint32_t w = 0; w < job->model->n_wheelsets && !job->jump_warned; w++) {
+        const struct kl_pair *pair = &job->model->pairs[job->model->wheelsets[w].pair];
+        for (int s = 0; s < KL_SIDES; s++) {
+            const struct kl_side_table *table = &pair->side[s];
+            double y = (double)job->modes.output.wheelset[w].y_m;
+            double outboard = s == KL_RIGHT ? y : -y;
+            for (uint32_t i = 0; i < table->n_jumps && i < KL_MAX_JUMPS; i++) {
+                if (fabs(outboard - table->jumps[i].w_m) < (double)pair->step_m) {
+                    job->jump_warned = true;
+                    cli_warn("at %g m/s %s stands at y = %.3f mm, where the contact of its %s "
+                             "wheel jumps: these modes hold for motions of less than %g mm",
+                             speed_m_s, job->model->wheelsets[w].name, 1e3 * y, side_name[s],
+                             1e3 * (double)pair->step_m);
+                }
+            }
+        }
+    }
 }
 
 static double damping_ratio(const struct mode *mode) {
@@ -164,14 +188,17 @@ static void print_modes(const struct job *job, double speed_m_s) {
     }
 }
 
+/* A speed without a steady state is said, and the others are shown all the same. */
 static int show_speeds(struct job *job, const struct range *range) {
     double count = floor((range->high - range->low) / range->step * (1.0 + 1e-12) + 1e-9);
+    int status = CLI_OK;
     for (double i = 0.0; i <= count; i += 1.0) {
         double speed = fmin(range->low + i * range->step, range->high);
-        int status = find(job, speed, true);
-        if (status != CLI_OK) {
-            return status;
+        if (find(job, speed, true) != CLI_OK) {
+            status = CLI_FAILED;
+            continue;
         }
+        warn_of_jumps(job, speed);
         if (job->text) {
             print_modes(job, speed);
         }
@@ -179,7 +206,7 @@ static int show_speeds(struct job *job, const struct range *range) {
             csv_modes(job, speed);
         }
     }
-    return CLI_OK;
+    return status;
 }
 
 /* ---- critical speeds ---- */
@@ -291,13 +318,16 @@ static int perform(struct job *job, const struct arguments *a) {
         status = show_speeds(job, &speeds);
         job->csv = NULL; /* holds one kind of table */
     }
-    if (status == CLI_OK && a->critical != NULL) {
+    if (a->critical != NULL) {
         if (job->csv != NULL) {
             fprintf(job->csv, "critical_speed_m_s,becomes,frequency_Hz,dominant\n");
         }
-        status = show_critical(job, &critical);
+        int shown = show_critical(job, &critical);
+        status = status == CLI_OK ? shown : status;
     }
-    status = cli_output_close(&csv, status);
+    /* modes that were found are kept; a list of critical speeds is whole or useless */
+    int written = cli_output_close(&csv, modes ? CLI_OK : status);
+    status = status == CLI_OK ? written : status;
     if (fflush(stdout) != 0 && status == CLI_OK) {
         status = cli_fail("cannot write to standard output");
     }
