@@ -20,6 +20,8 @@ def value_text(value: float | str, signal: Signal) -> str:
         return value
     if math.isnan(value):
         return "invalid"
+    if signal.name.endswith("Hash"):
+        return f"{int(value):012x}"
     text = f"{value * signal.scale:.{signal.decimals}f}"
     return f"{text} {signal.unit}" if signal.unit else text
 
