@@ -75,7 +75,8 @@ struct kl_kalker kl_kalker_coefficients(double a_over_b, double poisson);
 
 /*
  * The creep force under one law. f11..f33 are for the actual normal force; N >= 0. With N = 0 every
- * force is 0 under SHE. |T| <= mu N under SHE. Bound: constant, no iteration. Source: Shen,
+ * force is 0 under SHE. |T| <= mu N under SHE; M3 is
+ * reduced by the same factor as T1 and T2. Bound: constant, no iteration. Source: Shen,
  * Hedrick, Elkins 1983.
  */
 struct kl_creep_coefficients {

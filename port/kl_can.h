@@ -54,7 +54,7 @@ const char *kl_can_status_text(enum kl_can_status status);
 struct kl_can_counts {
     uint64_t sent;
     uint64_t received;
-    uint64_t send_dropped;    /* frames the caller handed over that did not go out */
+    uint64_t send_dropped;    /* frames handed over that did not go out, refused ones too */
     uint64_t receive_dropped; /* frames lost before the caller fetched them, where the back end can
                                  know */
     uint64_t refused;         /* malformed or unsupported frames, both directions */
