@@ -12,6 +12,7 @@ struct arguments {
     const char *pair;
     double every_m;
     struct cli_list solve;
+    double solve_m[CLI_MAX_LIST];
     const char *csv;
     struct cli_list set;
 };
@@ -233,20 +234,31 @@ static void each_row(const struct work *w, double step_m, FILE *csv) {
     }
 }
 
-static int show_solutions(const struct work *w, const struct cli_list *list, FILE *csv) {
+static int parse_solve(struct arguments *a) {
     char why[160];
-    for (size_t i = 0; i < list->n; i++) {
-        struct kl_posture posture;
-        double u_y = 0.0;
-        if (!cli_quantity(list->item[i], "mm", &u_y, why, sizeof why)) {
-            return cli_misuse("--solve %s: %s", list->item[i], why);
+    for (size_t i = 0; i < a->solve.n; i++) {
+        if (!cli_quantity(a->solve.item[i], "mm", &a->solve_m[i], why, sizeof why)) {
+            return cli_misuse("--solve %s: %s", a->solve.item[i], why);
         }
-        double range = (double)w->pair.range_m;
-        if (!(fabs(u_y) <= range * (1.0 + 1e-12))) {
+    }
+    return CLI_OK;
+}
+
+static int check_solve(const struct work *w, const struct arguments *a) {
+    double range = (double)w->pair.range_m;
+    for (size_t i = 0; i < a->solve.n; i++) {
+        if (!(fabs(a->solve_m[i]) <= range * (1.0 + 1e-12))) {
             return cli_misuse("--solve %s: must be within the table of pair %s, %g..%g mm",
-                              list->item[i], w->name, -range * MM, range * MM);
+                              a->solve.item[i], w->name, -range * MM, range * MM);
         }
-        int status = solve_at(w, u_y, &posture);
+    }
+    return CLI_OK;
+}
+
+static int show_solutions(const struct work *w, const struct arguments *a, FILE *csv) {
+    for (size_t i = 0; i < a->solve.n; i++) {
+        struct kl_posture posture;
+        int status = solve_at(w, a->solve_m[i], &posture);
         if (status != CLI_OK) {
             return status;
         }
@@ -271,13 +283,13 @@ static int show_text(const struct work *w, const struct arguments *a) {
     each_row(w, a->every_m, NULL);
     print_linear(&linear);
     print_jumps(&w->pair);
-    return show_solutions(w, &a->solve, NULL);
+    return show_solutions(w, a, NULL);
 }
 
 static int show_csv(const struct work *w, const struct arguments *a, FILE *csv) {
     csv_header(csv);
     if (a->solve.n > 0) {
-        return show_solutions(w, &a->solve, csv);
+        return show_solutions(w, a, csv);
     }
     each_row(w, (double)w->pair.step_m, csv);
     return CLI_OK;
@@ -298,6 +310,7 @@ static int show(const struct cli_model *m, const struct arguments *a) {
     for (uint32_t i = first; i <= last && status == CLI_OK; i++) {
         struct work w = {.def = &m->file.vehicle.pairs[i], .name = cli_pair_name(m, i)};
         status = build(&w);
+        status = status == CLI_OK ? check_solve(&w, a) : status;
         if (status == CLI_OK && !cli_is_stdout(a->csv)) {
             printf("%s", i > first ? "\n" : "");
             status = show_text(&w, a);
@@ -358,6 +371,10 @@ int cmd_geometry(int argc, char **argv) {
         return status;
     }
     struct cli_model m;
+    status = parse_solve(&a);
+    if (status != CLI_OK) {
+        return status;
+    }
     status = cli_model_load(&m, operand[0], NULL, &a.set);
     if (status == CLI_OK) {
         status = show(&m, &a);
