@@ -73,7 +73,7 @@ def _reason(error: BaseException) -> str:
         return error.strerror.lower()
     if isinstance(error, TimeoutError):
         return "no answer"
-    return str(error).partition("\n")[0] or type(error).__name__
+    return str(error).partition("\n")[0].partition(" [Error Code")[0] or type(error).__name__
 
 
 def _knock(address: Address) -> None:
