@@ -139,6 +139,10 @@ int cli_output_open(struct cli_output *output, const char *path);
  * all was written. Returns the status, or CLI_FAILED with the reason printed. */
 int cli_output_close(struct cli_output *output, int status);
 
+/* For the end of a command that printed: `status`, or CLI_FAILED (said) if standard output took not
+ * all of it. */
+int cli_flush(int status);
+
 /* True for "-". */
 bool cli_is_stdout(const char *path);
 

@@ -129,5 +129,5 @@ int cli_help(const struct cli_command *command) {
     }
     printf("%-*sthis text\n\nexample:\n  ", COLUMN, "  -h, --help");
     print_indented(command->example, 2);
-    return fflush(stdout) == 0 ? CLI_OK : cli_fail("cannot write to standard output");
+    return cli_flush(CLI_OK);
 }

@@ -94,9 +94,13 @@ int cli_output_open(struct cli_output *output, const char *path) {
 }
 
 static int finish(struct cli_output *output, int status) {
-    bool failed = ferror(output->file) != 0;
-    failed = fflush(output->file) != 0 || failed;
+    errno = 0;
+    bool failed = fflush(output->file) != 0;
     int reason = errno;
+    if (!failed && ferror(output->file) != 0) { /* an earlier write, whose reason is gone */
+        failed = true;
+        reason = EIO;
+    }
     if (output->file != stdout && fclose(output->file) != 0) {
         reason = errno;
         failed = true;
@@ -125,6 +129,12 @@ int cli_output_close(struct cli_output *output, int status) {
     free(output->path);
     memset(output, 0, sizeof *output);
     return end;
+}
+
+int cli_flush(int status) {
+    bool failed = ferror(stdout) != 0;
+    failed = fflush(stdout) != 0 || failed;
+    return failed && status == CLI_OK ? cli_fail("cannot write to standard output") : status;
 }
 
 void cli_csv_row(FILE *file, const double *values, size_t n) {

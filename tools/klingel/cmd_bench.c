@@ -286,8 +286,5 @@ int cmd_bench(int argc, char **argv) {
     again[n] = NULL;
     status = cases != NULL ? perform(cases, operand, &a, again) : cli_fail("out of memory");
     free(cases);
-    if (fflush(stdout) != 0 && status == CLI_OK) {
-        status = cli_fail("cannot write to standard output");
-    }
-    return status;
+    return cli_flush(status);
 }

@@ -116,5 +116,5 @@ int cmd_build(int argc, char **argv) {
         status = perform(&m.model, file, name);
         cli_model_close(&m);
     }
-    return status;
+    return cli_flush(status);
 }

@@ -380,8 +380,5 @@ int cmd_geometry(int argc, char **argv) {
         status = show(&m, &a);
         cli_model_close(&m);
     }
-    if (fflush(stdout) != 0 && status == CLI_OK) {
-        status = cli_fail("cannot write to standard output");
-    }
-    return status;
+    return cli_flush(status);
 }

@@ -120,9 +120,7 @@ static int run(const struct kl_model *model, const struct arguments *a) {
         if (session.loop.end == KL_REALTIME_HALTED || session.loop.end == KL_REALTIME_FAILED) {
             status = cli_fail("%s", kl_realtime_end_text(session.loop.end));
         }
-        if (fflush(stdout) != 0 || ferror(stdout)) {
-            status = cli_fail("cannot write to standard output");
-        }
+        status = cli_flush(status);
         if (a->report != NULL) {
             hil_report_json(&session, report.file);
             int written = cli_output_close(&report, CLI_OK);

@@ -328,10 +328,7 @@ static int perform(struct job *job, const struct arguments *a) {
     /* modes that were found are kept; a list of critical speeds is whole or useless */
     int written = cli_output_close(&csv, modes ? CLI_OK : status);
     status = status == CLI_OK ? written : status;
-    if (fflush(stdout) != 0 && status == CLI_OK) {
-        status = cli_fail("cannot write to standard output");
-    }
-    return status;
+    return cli_flush(status);
 }
 
 /* The model on smooth track: a mode knows no irregularities. */

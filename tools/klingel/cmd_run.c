@@ -130,9 +130,7 @@ static int perform(const struct kl_model *model, const struct arguments *a) {
         print_summary(&run, a);
     }
     status = cli_output_close(&csv, CLI_OK);
-    if (fflush(stdout) != 0 && status == CLI_OK) {
-        status = cli_fail("cannot write to standard output");
-    }
+    status = cli_flush(status);
     run_record_hold_text(&run.record, held, sizeof held);
     return status == CLI_OK && held[0] != '\0' ? cli_fail("the run ended %s", held) : status;
 }

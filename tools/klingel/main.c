@@ -27,7 +27,7 @@ static int print_help(void) {
     }
     printf("\n  klingel COMMAND --help   explains a command\n"
            "  klingel --version        prints the version\n");
-    return fflush(stdout) == 0 ? CLI_OK : cli_fail("cannot write to standard output");
+    return cli_flush(CLI_OK);
 }
 
 static int unknown_command(const char *name) {
@@ -68,7 +68,7 @@ int main(int argc, char **argv) {
     }
     if (strcmp(argv[1], "--version") == 0) {
         printf("klingel %s\n", KL_VERSION_TEXT);
-        return fflush(stdout) == 0 ? CLI_OK : cli_fail("cannot write to standard output");
+        return cli_flush(CLI_OK);
     }
     return run(argc - 1, argv + 1);
 }
