@@ -5,67 +5,92 @@
 #include "kl_math.h"
 #include "kl_saturate.h"
 
-static kl_real lerp(kl_real a, kl_real b, kl_real t) {
-    return a + t * (b - a);
-}
-
-/* The two rows around a place in the table, which stays inside it. */
+/* One side's row below a place in the table, which stays inside it. */
 struct cell {
-    const struct kl_row *a;
-    const struct kl_row *b;
+    const struct kl_row *row;
     kl_real t;
 };
 
 static struct cell cell_at(const struct kl_pair *pair, const struct kl_side_table *table,
                            kl_real place) {
-    const kl_real last = (kl_real)(2u * pair->half);
-    const kl_real kept = kl_min_real(kl_max_real(place, KL_R(0)), last);
-    const uint32_t i = (uint32_t)kept;
-    const uint32_t row = i < 2u * pair->half ? i : 2u * pair->half - 1u;
-    const struct cell cell = {&table->rows[row], &table->rows[row + 1u], kept - (kl_real)row};
+    const uint32_t i = (uint32_t)place;
+    const uint32_t last = 2u * pair->half - 1u;
+    const uint32_t row = i < last ? i : last;
+    const struct cell cell = {&table->rows[row], place - (kl_real)row};
     return cell;
 }
 
-/* Height, slope and bend of one side's table at its place. */
-struct ride {
-    kl_real height[KL_SIDES];
-    kl_real slope[KL_SIDES];
-    kl_real bend[KL_SIDES];
-};
-
-#define COLUMNS 8 /* arm, radius, sin, cos, f11, f22, f23, f33: neighbours in a row */
-
-static void read_tables(const struct kl_pair *restrict pair, const kl_real w[KL_SIDES],
-                        struct kl_axle *restrict axle, struct ride *restrict ride) {
-    kl_real column[KL_SIDES][COLUMNS];
-    for (int s = 0; s < KL_SIDES; s++) {
-        axle->place[s] = w[s] * pair->inv_step_1_m + (kl_real)pair->half;
-        const struct cell cell = cell_at(pair, &pair->side[s], axle->place[s]);
-        const struct kl_hermite h =
-            kl_hermite(cell.a, cell.b, cell.t, pair->step_m, pair->inv_step_1_m);
-        ride->height[s] = h.value;
-        ride->slope[s] = h.slope;
-        ride->bend[s] = h.second;
-        const kl_real *a = &cell.a->arm_m;
-        const kl_real *b = &cell.b->arm_m;
-        for (int c = 0; c < COLUMNS; c++) {
-            column[s][c] = lerp(a[c], b[c], cell.t);
-        }
+static void find_cells(const struct kl_pair *restrict pair, const kl_both *w,
+                       struct kl_cells *cells) {
+    const kl_lane middle = kl_lane_all((kl_real)pair->half);
+    kl_both place;
+    KL_EACH_LANE(g) {
+        const kl_lane from_start = KL_LANE(*w, g) * pair->inv_step_1_m + middle;
+        KL_LANE(place, g) =
+            kl_lane_min(kl_lane_max(from_start, kl_lane_all(KL_R(0))), middle + middle);
     }
-    for (int s = 0; s < KL_SIDES; s++) {
-        axle->arm[s] = column[s][0];
-        axle->radius[s] = column[s][1];
-        axle->sin_delta[s] = column[s][2];
-        axle->cos_delta[s] = column[s][3];
-        axle->f11[s] = column[s][4];
-        axle->f22[s] = column[s][5];
-        axle->f23[s] = column[s][6];
-        axle->f33[s] = column[s][7];
-        axle->inv_cos[s] = KL_R(1) / axle->cos_delta[s];
+    const struct cell right = cell_at(pair, &pair->side[KL_RIGHT], place[KL_RIGHT]);
+    const struct cell left = cell_at(pair, &pair->side[KL_LEFT], place[KL_LEFT]);
+    cells->below[KL_RIGHT] = right.row;
+    cells->below[KL_LEFT] = left.row;
+    KL_EACH_LANE(g) {
+        KL_LANE(cells->t, g) = kl_lane_of(right.t, left.t, g);
     }
 }
 
-static const kl_real side_sign[KL_SIDES] = {KL_R(1), KL_R(-1)};
+/* A column of both sides' rows: below (0), above (1), and linear in between. */
+#define BELOW(cells, field, g)                                                                     \
+    kl_lane_of((cells)->below[KL_RIGHT]->field, (cells)->below[KL_LEFT]->field, g)
+#define ABOVE(cells, field, g)                                                                     \
+    kl_lane_of((cells)->below[KL_RIGHT][1].field, (cells)->below[KL_LEFT][1].field, g)
+#define BETWEEN(cells, field, g)                                                                   \
+    lerp(BELOW(cells, field, g), ABOVE(cells, field, g), KL_LANE((cells)->t, g))
+
+static inline kl_lane lerp(kl_lane a, kl_lane b, kl_lane t) {
+    return a + t * (b - a);
+}
+
+/* Height of either side's table at its place, and its first two time derivatives, of the second
+ * what does not depend on y''. */
+struct ride {
+    kl_both height;
+    kl_both slope; /* dH/dw */
+    kl_both rate;
+    kl_both rest;
+};
+
+/* Displacement outboard of one side, as ride. */
+struct outboard {
+    kl_both w;
+    kl_both rate;
+    kl_both rest;
+};
+
+static void read_tables(const struct kl_pair *restrict pair, const struct outboard *restrict out,
+                        struct kl_axle *restrict axle, struct ride *restrict ride) {
+    struct kl_cells *cells = &axle->cells;
+    find_cells(pair, &out->w, cells);
+    KL_EACH_LANE(g) {
+        const struct kl_lane_hermite h = kl_lane_hermite(
+            BELOW(cells, height_m, g), BELOW(cells, height_w, g), ABOVE(cells, height_m, g),
+            ABOVE(cells, height_w, g), KL_LANE(cells->t, g), pair->step_m, pair->inv_step_1_m);
+        const kl_lane rate = KL_LANE(out->rate, g);
+        KL_LANE(ride->height, g) = h.value;
+        KL_LANE(ride->slope, g) = h.slope;
+        KL_LANE(ride->rate, g) = h.slope * rate;
+        KL_LANE(ride->rest, g) = h.second * (rate * rate) + h.slope * KL_LANE(out->rest, g);
+        KL_LANE(axle->arm, g) = BETWEEN(cells, arm_m, g);
+        KL_LANE(axle->radius, g) = BETWEEN(cells, radius_m, g);
+        KL_LANE(axle->sin_delta, g) = BETWEEN(cells, sin_delta, g);
+        const kl_lane cos_delta = BETWEEN(cells, cos_delta, g);
+        KL_LANE(axle->cos_delta, g) = cos_delta;
+        KL_LANE(axle->inv_cos, g) = KL_R(1) / cos_delta;
+        KL_LANE(axle->f11, g) = BETWEEN(cells, f11_1, g);
+        KL_LANE(axle->f22, g) = BETWEEN(cells, f22_1, g);
+        KL_LANE(axle->f23, g) = BETWEEN(cells, f23_1, g);
+        KL_LANE(axle->f33, g) = BETWEEN(cells, f33_1, g);
+    }
+}
 
 /*
  * Displacement relative to the rails: u = y - y0 - r0 phi_x (the cross-level phi_x turns the
@@ -96,217 +121,293 @@ void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restric
     const kl_real gauge_rate = KL_R(0.5) * (v * track->slope.gauge_m);
     const kl_real gauge_rest =
         KL_R(0.5) * (v2 * track->second.gauge_m + speed_rate_m_s2 * track->slope.gauge_m);
-    const kl_real w[KL_SIDES] = {u - gauge, -u - gauge};
+    const struct outboard out = {{u - gauge, -u - gauge},
+                                 {u_rate - gauge_rate, -u_rate - gauge_rate},
+                                 {u_rest - gauge_rest, -u_rest - gauge_rest}};
     struct ride ride;
-    read_tables(pair, w, axle, &ride);
-    /* the comparison is also false for a NaN */
-    const int on_table =
-        kl_abs_real(w[KL_RIGHT]) <= pair->range_m && kl_abs_real(w[KL_LEFT]) <= pair->range_m;
+    read_tables(pair, &out, axle, &ride);
+    /* the larger |w| of both sides; the comparison is also false for a NaN */
+    const int on_table = kl_abs_real(u) + kl_abs_real(gauge) <= pair->range_m;
     axle->faults = on_table ? 0u : (uint32_t)KL_FAULT_DERAILED;
 
-    kl_real rate[KL_SIDES]; /* dH/dt, and d2H/dt2 without y'' */
-    kl_real rest[KL_SIDES];
-    for (int s = 0; s < KL_SIDES; s++) {
-        const kl_real w_rate = side_sign[s] * u_rate - gauge_rate;
-        const kl_real w_rest = side_sign[s] * u_rest - gauge_rest;
-        rate[s] = ride.slope[s] * w_rate;
-        rest[s] = ride.bend[s] * (w_rate * w_rate) + ride.slope[s] * w_rest;
-    }
     const kl_real inv_base = pair->inv_base_1_m;
     const kl_real q_r = pair->share[KL_RIGHT];
     const kl_real q_l = pair->share[KL_LEFT];
     axle->z_y = q_r * ride.slope[KL_RIGHT] - q_l * ride.slope[KL_LEFT];
-    axle->phi_y = (ride.slope[KL_RIGHT] + ride.slope[KL_LEFT]) * inv_base;
+    axle->phi_y = KL_SUM(ride.slope) * inv_base;
     axle->z = (q_r * ride.height[KL_RIGHT] + q_l * ride.height[KL_LEFT]) + track->value.vertical_m;
-    axle->z_rate = (q_r * rate[KL_RIGHT] + q_l * rate[KL_LEFT]) + v * track->slope.vertical_m;
-    axle->z_rest = (q_r * rest[KL_RIGHT] + q_l * rest[KL_LEFT]) +
+    axle->z_rate =
+        (q_r * ride.rate[KL_RIGHT] + q_l * ride.rate[KL_LEFT]) + v * track->slope.vertical_m;
+    axle->z_rest = (q_r * ride.rest[KL_RIGHT] + q_l * ride.rest[KL_LEFT]) +
                    (v2 * track->second.vertical_m + speed_rate_m_s2 * track->slope.vertical_m);
     axle->roll = (ride.height[KL_RIGHT] - ride.height[KL_LEFT]) * inv_base + track->value.cross_rad;
-    axle->roll_rate = (rate[KL_RIGHT] - rate[KL_LEFT]) * inv_base + v * track->slope.cross_rad;
+    axle->roll_rate =
+        (ride.rate[KL_RIGHT] - ride.rate[KL_LEFT]) * inv_base + v * track->slope.cross_rad;
     axle->roll_rest =
-        (rest[KL_RIGHT] - rest[KL_LEFT]) * inv_base +
+        (ride.rest[KL_RIGHT] - ride.rest[KL_LEFT]) * inv_base +
         ((v2 * track->second.cross_rad + speed_rate_m_s2 * track->slope.cross_rad) + cant_rest);
 }
 
-/* Vertical and roll equilibrium: N_r c_r + N_l c_l = P, N_r A_r - N_l A_l = R with A = arm cos - r
- * sin. */
-struct equilibrium {
-    kl_real lever[KL_SIDES];
-    kl_real inv;
+/* ---- forces ---- */
+
+/* What the contacts of an axle are before the normal forces are known. */
+struct contacts {
+    int constant;    /* coefficients do not grow with the normal force */
+    kl_both linear1; /* linear creep forces, per N^(2/3) */
+    kl_both linear2;
+    kl_both linear3;    /* of spin, per N */
+    kl_real limit_more; /* see kl_no_limit */
+    kl_both normal;     /* N = max(normal + own T2 + other T2 of the other side, 0) */
+    kl_both own;
+    kl_both other;
+    kl_both used; /* the N that the creep forces stand for, and its N^(-1/3) */
+    kl_both inv_cbrt;
 };
 
-static struct equilibrium equilibrium_of(const struct kl_axle *axle) {
-    struct equilibrium e;
-    for (int s = 0; s < KL_SIDES; s++) {
-        e.lever[s] = axle->arm[s] * axle->cos_delta[s] - axle->radius[s] * axle->sin_delta[s];
-    }
-    e.inv = KL_R(1) / (e.lever[KL_RIGHT] * axle->cos_delta[KL_LEFT] +
-                       e.lever[KL_LEFT] * axle->cos_delta[KL_RIGHT]);
-    return e;
-}
-
-/* A wheel that would have to be pulled down carries nothing. */
-static void find_normals(const struct kl_axle *axle, const struct equilibrium *e, kl_real p,
-                         kl_real r, kl_real normal[KL_SIDES]) {
-    normal[KL_RIGHT] =
-        kl_max_real((p * e->lever[KL_LEFT] + r * axle->cos_delta[KL_LEFT]) * e->inv, KL_R(0));
-    normal[KL_LEFT] =
-        kl_max_real((p * e->lever[KL_RIGHT] - r * axle->cos_delta[KL_RIGHT]) * e->inv, KL_R(0));
-}
-
-/* Powers of the normal force by which the table's coefficients grow; 1 where the definition gives
- * constants. */
-struct scale {
-    kl_real two_thirds[KL_SIDES];
-    kl_real one[KL_SIDES];
-    kl_real four_thirds[KL_SIDES];
-};
-
-static void scale_of(const kl_real normal[KL_SIDES], int constant, struct scale *scale) {
-    for (int s = 0; s < KL_SIDES; s++) {
-        const kl_real n = normal[s];
-        const kl_real y = kl_inverse_cbrt(kl_max_real(n, KL_R(1)));
-        const kl_real two_thirds = n * y;
-        scale->two_thirds[s] = constant ? KL_R(1) : two_thirds;
-        scale->one[s] = constant ? KL_R(1) : n;
-        scale->four_thirds[s] = constant ? KL_R(1) : n * (two_thirds * y);
-    }
-}
-
-static void find_creepages(const struct kl_axle *restrict axle, kl_real inv_creep_speed,
-                           struct kl_axle_forces *restrict forces) {
+static void find_creepages(const struct kl_wheelset *restrict wheelset,
+                           const struct kl_axle *restrict axle,
+                           struct kl_axle_forces *restrict forces, struct contacts *contacts) {
+    const struct kl_creep_def *law = &wheelset->creep;
+    const int constant = law->f11_N > KL_R(0);
     const kl_real v = forces->speed_m_s;
-    const kl_real drift = v * axle->yaw;
-    for (int s = 0; s < KL_SIDES; s++) {
-        const kl_real r = axle->radius[s];
-        const kl_real along =
-            (v - r * axle->spin) - side_sign[s] * (axle->arm[s] * axle->yaw_abs_rate);
-        const kl_real across = (axle->y_rate - r * axle->roll_rate) - drift;
-        const kl_real about = axle->yaw_abs_rate * axle->cos_delta[s] -
-                              side_sign[s] * (axle->spin * axle->sin_delta[s]);
-        forces->gamma1[s] = along * inv_creep_speed;
-        forces->gamma2[s] = across * inv_creep_speed * axle->inv_cos[s];
-        forces->omega3[s] = about * inv_creep_speed;
+    const kl_real by = forces->inv_creep_speed_s_m;
+    const kl_lane speed = kl_lane_all(v);
+    const kl_lane across_0 = kl_lane_all(axle->y_rate - v * axle->yaw);
+    contacts->constant = constant;
+    contacts->limit_more = kl_no_limit(law->law);
+    KL_EACH_LANE(g) {
+        const kl_lane turn = kl_lane_of(axle->yaw_abs_rate, -axle->yaw_abs_rate, g);
+        const kl_lane spin = kl_lane_of(axle->spin, -axle->spin, g);
+        const kl_lane r = KL_LANE(axle->radius, g);
+        const kl_lane along = (speed - r * axle->spin) - KL_LANE(axle->arm, g) * turn;
+        const kl_lane across = across_0 - r * axle->roll_rate;
+        const kl_lane about =
+            KL_LANE(axle->cos_delta, g) * axle->yaw_abs_rate - KL_LANE(axle->sin_delta, g) * spin;
+        const kl_lane gamma1 = along * by;
+        const kl_lane gamma2 = across * by * KL_LANE(axle->inv_cos, g);
+        const kl_lane omega3 = about * by;
+        const kl_lane f11 = constant ? kl_lane_all(law->f11_N) : KL_LANE(axle->f11, g);
+        const kl_lane f22 = constant ? kl_lane_all(law->f22_N) : KL_LANE(axle->f22, g);
+        const kl_lane f23 = constant ? kl_lane_all(law->f23_Nm) : KL_LANE(axle->f23, g);
+        KL_LANE(forces->gamma1, g) = gamma1;
+        KL_LANE(forces->gamma2, g) = gamma2;
+        KL_LANE(forces->omega3, g) = omega3;
+        KL_LANE(contacts->linear1, g) = -(f11 * gamma1);
+        KL_LANE(contacts->linear2, g) = -(f22 * gamma2);
+        KL_LANE(contacts->linear3, g) = -(f23 * omega3);
+    }
+}
+
+/* What acts on the axle besides the contact, the inertia that is known already taken off. */
+struct load {
+    kl_real lateral;
+    kl_real down;
+    kl_real roll;
+    kl_real free_y; /* along the path that the tables prescribe */
+};
+
+/*
+ * Vertical and roll equilibrium: N_r c_r + N_l c_l = P, N_r A_r - N_l A_l = R with A = arm cos - r
+ * sin. P and R hold the inertia of y'', and y'' and both hold T2; so N is linear in the two T2.
+ */
+static void prepare_normals(const struct kl_wheelset *restrict wheelset,
+                            const struct kl_axle *restrict axle, const struct load *load,
+                            struct kl_axle_forces *restrict forces, struct contacts *contacts) {
+    const kl_real z_part = (wheelset->mass_kg * axle->z_y) * forces->inv_mass_1_kg;
+    const kl_real roll_part = (wheelset->inertia_roll_kgm2 * axle->phi_y) * forces->inv_mass_1_kg;
+    const kl_real down = load->down - z_part * load->free_y;
+    const kl_real roll = load->roll - roll_part * load->free_y;
+    kl_both lever; /* A */
+    kl_both down_by;
+    kl_both roll_by;
+    KL_EACH_LANE(g) {
+        const kl_lane r = KL_LANE(axle->radius, g);
+        const kl_lane arm = KL_LANE(axle->arm, g);
+        const kl_lane s = KL_LANE(axle->sin_delta, g);
+        const kl_lane c = KL_LANE(axle->cos_delta, g);
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane gain = (KL_R(1) - r * axle->phi_y) * KL_LANE(axle->inv_cos, g);
+        KL_LANE(forces->gain, g) = gain;
+        KL_LANE(lever, g) = arm * c - r * s;
+        KL_LANE(down_by, g) = -(gain * z_part + sign * s);
+        KL_LANE(roll_by, g) = -(gain * roll_part + (arm * s + r * c));
+    }
+    const kl_real inv = KL_R(1) / (lever[KL_RIGHT] * axle->cos_delta[KL_LEFT] +
+                                   lever[KL_LEFT] * axle->cos_delta[KL_RIGHT]);
+    /* first guess: no lateral acceleration, and creep that balances the lateral forces at the rail
+     */
+    const kl_real guess = load->roll + KL_R(0.5) * KL_SUM(axle->radius) * load->lateral;
+    KL_EACH_LANE(g) {
+        const kl_lane sign = kl_lane_of(inv, -inv, g);
+        const kl_lane by_down = KL_OTHER(lever, g) * inv;
+        const kl_lane by_roll = KL_OTHER(axle->cos_delta, g) * sign;
+        KL_LANE(contacts->normal, g) = by_down * down + by_roll * roll;
+        KL_LANE(contacts->own, g) = by_down * KL_LANE(down_by, g) + by_roll * KL_LANE(roll_by, g);
+        KL_LANE(contacts->other, g) =
+            by_down * KL_OTHER(down_by, g) + by_roll * KL_OTHER(roll_by, g);
+        KL_LANE(forces->normal, g) =
+            kl_lane_max(by_down * load->down + by_roll * guess, kl_lane_all(KL_R(0)));
+    }
+}
+
+/* Newton's rounds for the cube root of the first pass, an estimate within 1e-5. */
+#define ESTIMATE_ROUNDS 2
+
+/* One pass: creep forces of the normal forces, then normal forces of the creep forces. A wheel that
+ * would have to be pulled down carries nothing. */
+static inline void balance(struct contacts *restrict contacts,
+                           struct kl_axle_forces *restrict forces, int rounds) {
+    KL_EACH_LANE(g) {
+        const kl_lane n = KL_LANE(forces->normal, g);
+        const kl_lane y = kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), rounds);
+        const kl_lane two_thirds = contacts->constant ? kl_lane_all(KL_R(1)) : n * y;
+        const kl_lane one = contacts->constant ? kl_lane_all(KL_R(1)) : n;
+        const kl_lane t1 = two_thirds * KL_LANE(contacts->linear1, g);
+        const kl_lane t2 =
+            two_thirds * KL_LANE(contacts->linear2, g) + one * KL_LANE(contacts->linear3, g);
+        const kl_lane limit = KL_LANE(forces->friction, g) * n + kl_lane_all(contacts->limit_more);
+        const kl_lane reduction = kl_lane_saturate(t1, t2, limit);
+        KL_LANE(contacts->used, g) = n;
+        KL_LANE(contacts->inv_cbrt, g) = y;
+        KL_LANE(forces->reduction, g) = reduction;
+        KL_LANE(forces->t1, g) = reduction * t1;
+        KL_LANE(forces->t2, g) = reduction * t2;
+    }
+}
+
+static inline void find_normals(const struct contacts *restrict contacts,
+                                struct kl_axle_forces *restrict forces) {
+    KL_EACH_LANE(g) {
+        const kl_lane free =
+            KL_LANE(contacts->normal, g) + KL_LANE(contacts->own, g) * KL_LANE(forces->t2, g);
+        KL_LANE(forces->normal, g) = kl_lane_max(
+            free + KL_LANE(contacts->other, g) * KL_OTHER(forces->t2, g), kl_lane_all(KL_R(0)));
+    }
+}
+
+/* Coefficients for the normal force that the creep forces were found with, and the spin moment. */
+static void find_moments(const struct kl_wheelset *restrict wheelset,
+                         const struct kl_axle *restrict axle,
+                         const struct contacts *restrict contacts,
+                         struct kl_axle_forces *restrict forces) {
+    const struct kl_creep_def *law = &wheelset->creep;
+    const int constant = law->f11_N > KL_R(0);
+    KL_EACH_LANE(g) {
+        const kl_lane n = KL_LANE(contacts->used, g);
+        const kl_lane y = KL_LANE(contacts->inv_cbrt, g);
+        const kl_lane two_thirds = n * y;
+        const kl_lane f23 = constant ? kl_lane_all(law->f23_Nm) : KL_LANE(axle->f23, g) * n;
+        const kl_lane f33 =
+            constant ? kl_lane_all(law->f33_Nm2) : KL_LANE(axle->f33, g) * (n * (two_thirds * y));
+        KL_LANE(forces->f11_N, g) =
+            constant ? kl_lane_all(law->f11_N) : KL_LANE(axle->f11, g) * two_thirds;
+        KL_LANE(forces->f22_N, g) =
+            constant ? kl_lane_all(law->f22_N) : KL_LANE(axle->f22, g) * two_thirds;
+        KL_LANE(forces->f33_Nm2, g) = f33;
+        KL_LANE(forces->m3, g) = KL_LANE(forces->reduction, g) * (f23 * KL_LANE(forces->gamma2, g) -
+                                                                  f33 * KL_LANE(forces->omega3, g));
     }
 }
 
 void kl_axle_forces(const struct kl_wheelset *restrict wheelset,
                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
-    const struct kl_creep_def *law = &wheelset->creep;
     const struct kl_track_point *track = &axle->track;
     const kl_real m = wheelset->mass_kg;
     const kl_real i_x = wheelset->inertia_roll_kgm2;
     const kl_real v = forces->speed_m_s;
-    const kl_real inv_creep_speed = KL_R(1) / kl_max_real(v, KL_R(KL_MIN_CREEP_SPEED_M_S));
     const kl_real gyro = wheelset->inertia_spin_kgm2 * axle->spin;
-    const kl_real inv_mass =
-        KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
     const kl_real aside = track->curvature_1_m * (v * v) -
                           forces->gravity_m_s2 * (track->cant_rad + track->value.cross_rad);
-    /* what acts besides the contact, the inertia that is known already taken off */
-    const kl_real lateral = forces->suspension[0] - m * aside;
-    const kl_real down = (forces->suspension[1] + m * forces->gravity_m_s2) - m * axle->z_rest;
-    const kl_real roll =
-        (forces->suspension[2] - gyro * axle->yaw_abs_rate) - i_x * axle->roll_rest;
-    const kl_real free_y = lateral + (axle->z_y * down + axle->phi_y * roll);
+    struct load load;
+    load.lateral = forces->suspension[0] - m * aside;
+    load.down = (forces->suspension[1] + m * forces->gravity_m_s2) - m * axle->z_rest;
+    load.roll = (forces->suspension[2] - gyro * axle->yaw_abs_rate) - i_x * axle->roll_rest;
+    load.free_y = load.lateral + (axle->z_y * load.down + axle->phi_y * load.roll);
+    forces->inv_creep_speed_s_m = KL_R(1) / kl_max_real(v, KL_R(KL_MIN_CREEP_SPEED_M_S));
+    forces->inv_mass_1_kg =
+        KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
 
-    const int constant = law->f11_N > KL_R(0);
-    kl_real f[4][KL_SIDES];
-    kl_real gain[KL_SIDES];  /* of T2 in the lateral equation */
-    kl_real lever[KL_SIDES]; /* of T2 about x */
-    kl_real linear[3][KL_SIDES];
-    find_creepages(axle, inv_creep_speed, forces);
-    for (int s = 0; s < KL_SIDES; s++) {
-        f[0][s] = constant ? law->f11_N : axle->f11[s];
-        f[1][s] = constant ? law->f22_N : axle->f22[s];
-        f[2][s] = constant ? law->f23_Nm : axle->f23[s];
-        f[3][s] = constant ? law->f33_Nm2 : axle->f33[s];
-        linear[0][s] = -(f[0][s] * forces->gamma1[s]);
-        linear[1][s] = -(f[1][s] * forces->gamma2[s]);
-        linear[2][s] = -(f[2][s] * forces->omega3[s]);
-        gain[s] = (KL_R(1) - axle->radius[s] * axle->phi_y) * axle->inv_cos[s];
-        lever[s] = axle->arm[s] * axle->sin_delta[s] + axle->radius[s] * axle->cos_delta[s];
-    }
+    struct contacts contacts;
+    find_creepages(wheelset, axle, forces, &contacts);
+    prepare_normals(wheelset, axle, &load, forces, &contacts);
+    balance(&contacts, forces, ESTIMATE_ROUNDS);
+    find_normals(&contacts, forces);
+    balance(&contacts, forces, KL_CBRT_ROUNDS);
+    find_moments(wheelset, axle, &contacts, forces);
+    find_normals(&contacts, forces);
 
-    /* first guess: no lateral acceleration, and creep that balances the lateral forces at the rail
-     */
-    const struct equilibrium e = equilibrium_of(axle);
-    struct scale scale;
-    find_normals(axle, &e, down,
-                 roll + KL_R(0.5) * (axle->radius[KL_RIGHT] + axle->radius[KL_LEFT]) * lateral,
-                 forces->normal);
-    for (int pass = 0; pass < 2; pass++) {
-        kl_real across[KL_SIDES];
-        kl_real up[KL_SIDES];
-        kl_real turn[KL_SIDES];
-        scale_of(forces->normal, constant, &scale);
-        for (int s = 0; s < KL_SIDES; s++) {
-            const kl_real t1 = scale.two_thirds[s] * linear[0][s];
-            const kl_real t2 = scale.two_thirds[s] * linear[1][s] + scale.one[s] * linear[2][s];
-            const kl_real reduction =
-                kl_saturate(law->law, t1, t2, forces->friction[s] * forces->normal[s]);
-            forces->reduction[s] = reduction;
-            forces->t1[s] = reduction * t1;
-            forces->t2[s] = reduction * t2;
-            across[s] = forces->t2[s] * gain[s];
-            up[s] = forces->t2[s] * axle->sin_delta[s];
-            turn[s] = forces->t2[s] * lever[s];
-        }
-        forces->y_acc = (free_y + (across[KL_RIGHT] + across[KL_LEFT])) * inv_mass;
-        find_normals(
-            axle, &e, (down - m * (axle->z_y * forces->y_acc)) + (up[KL_LEFT] - up[KL_RIGHT]),
-            (roll - i_x * (axle->phi_y * forces->y_acc)) - (turn[KL_RIGHT] + turn[KL_LEFT]),
-            forces->normal);
+    kl_both across;
+    kl_both turn;
+    kl_both drive;
+    KL_EACH_LANE(g) {
+        const kl_lane t1 = KL_LANE(forces->t1, g);
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        KL_LANE(across, g) = KL_LANE(forces->t2, g) * KL_LANE(forces->gain, g);
+        KL_LANE(turn, g) = KL_LANE(forces->m3, g) * KL_LANE(axle->cos_delta, g) -
+                           sign * (KL_LANE(axle->arm, g) * t1);
+        KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1;
     }
-
-    const kl_real inv_yaw = KL_R(1) / wheelset->inertia_yaw_kgm2;
-    const kl_real inv_spin = KL_R(1) / wheelset->inertia_spin_kgm2;
-    kl_real yaw[KL_SIDES];
-    kl_real about[KL_SIDES];
-    kl_real drive[KL_SIDES];
-    kl_real damping[3][KL_SIDES];
-    for (int s = 0; s < KL_SIDES; s++) {
-        const kl_real by = forces->reduction[s] * inv_creep_speed;
-        const kl_real f11 = f[0][s] * scale.two_thirds[s];
-        const kl_real f22 = f[1][s] * scale.two_thirds[s];
-        const kl_real f33 = f[3][s] * scale.four_thirds[s];
-        forces->m3[s] = forces->reduction[s] *
-                        (f[2][s] * scale.one[s] * forces->gamma2[s] - f33 * forces->omega3[s]);
-        yaw[s] = axle->arm[s] * forces->t1[s];
-        about[s] = forces->m3[s] * axle->cos_delta[s];
-        drive[s] = axle->radius[s] * forces->t1[s];
-        damping[0][s] = by * f22 * (gain[s] * gain[s]);
-        damping[1][s] = by * (f11 * (axle->arm[s] * axle->arm[s]) + f33);
-        damping[2][s] = by * f11 * (axle->radius[s] * axle->radius[s]);
-    }
+    forces->y_acc = (load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
     forces->yaw_acc = ((forces->suspension[3] + gyro * (axle->roll_rate + v * track->cant_s_1_m)) +
-                       ((yaw[KL_LEFT] - yaw[KL_RIGHT]) + (about[KL_RIGHT] + about[KL_LEFT]))) *
-                      inv_yaw;
-    forces->spin_acc = (forces->torque_Nm - (drive[KL_RIGHT] + drive[KL_LEFT])) * inv_spin;
-    forces->damping[0] = (damping[0][KL_RIGHT] + damping[0][KL_LEFT]) * inv_mass;
-    forces->damping[1] = (damping[1][KL_RIGHT] + damping[1][KL_LEFT]) * inv_yaw;
-    forces->damping[2] = (damping[2][KL_RIGHT] + damping[2][KL_LEFT]) * inv_spin;
+                       KL_SUM(turn)) /
+                      wheelset->inertia_yaw_kgm2;
+    forces->spin_acc = (forces->torque_Nm - KL_SUM(drive)) / wheelset->inertia_spin_kgm2;
 }
 
-void kl_axle_output(const struct kl_pair *pair, const struct kl_axle *axle,
-                    const struct kl_axle_forces *forces, struct kl_wheelset_output *output) {
+void kl_axle_damping(const struct kl_wheelset *restrict wheelset,
+                     const struct kl_axle *restrict axle,
+                     const struct kl_axle_forces *restrict forces, kl_real damping[3]) {
+    kl_both along;
+    kl_both yaw;
+    kl_both spin;
+    KL_EACH_LANE(g) {
+        const kl_lane by = KL_LANE(forces->reduction, g) * forces->inv_creep_speed_s_m;
+        const kl_lane gain = KL_LANE(forces->gain, g);
+        const kl_lane arm = KL_LANE(axle->arm, g);
+        const kl_lane r = KL_LANE(axle->radius, g);
+        const kl_lane f11 = KL_LANE(forces->f11_N, g);
+        KL_LANE(along, g) = by * KL_LANE(forces->f22_N, g) * (gain * gain);
+        KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(forces->f33_Nm2, g));
+        KL_LANE(spin, g) = by * f11 * (r * r);
+    }
+    damping[0] = KL_SUM(along) * forces->inv_mass_1_kg;
+    damping[1] = KL_SUM(yaw) / wheelset->inertia_yaw_kgm2;
+    damping[2] = KL_SUM(spin) / wheelset->inertia_spin_kgm2;
+}
+
+/* ---- outputs ---- */
+
+void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
+                    struct kl_wheelset_output *output) {
+    const struct kl_cells *cells = &axle->cells;
+    kl_both q;
+    kl_both y;
+    kl_both third; /* N^(1/3) */
     output->track = axle->track;
     output->z_m = axle->z;
     output->roll_rad = axle->roll;
     output->y_acc_m_s2 =
         forces->y_acc + axle->track.curvature_1_m * (forces->speed_m_s * forces->speed_m_s);
     output->z_acc_m_s2 = axle->z_y * forces->y_acc + axle->z_rest;
-    for (int s = 0; s < KL_SIDES; s++) {
-        const kl_real sign = side_sign[s];
-        const kl_real n = forces->normal[s];
-        const struct cell cell = cell_at(pair, &pair->side[s], axle->place[s]);
-        const kl_real y = kl_inverse_cbrt(kl_max_real(n, KL_R(1)));
-        const kl_real third = n * (y * y);
-        struct kl_wheel_output *o = &output->wheel[s];
-        o->normal_N = n;
-        o->q_N = n * axle->cos_delta[s] + sign * (forces->t2[s] * axle->sin_delta[s]);
+    KL_EACH_LANE(g) {
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane n = KL_LANE(forces->normal, g);
+        const kl_lane t2 = KL_LANE(forces->t2, g);
+        const kl_lane root =
+            kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
+        KL_LANE(third, g) = n * (root * root);
+        KL_LANE(q, g) = n * KL_LANE(axle->cos_delta, g) + sign * (t2 * KL_LANE(axle->sin_delta, g));
         /* on the rail: the opposite of what acts on the wheel */
-        o->y_N = sign * (n * axle->sin_delta[s]) - forces->t2[s] * axle->cos_delta[s];
+        KL_LANE(y, g) = sign * (n * KL_LANE(axle->sin_delta, g)) - t2 * KL_LANE(axle->cos_delta, g);
+    }
+    for (int s = 0; s < KL_SIDES; s++) {
+        struct kl_wheel_output *o = &output->wheel[s];
+        const struct kl_row *a = cells->below[s];
+        const struct kl_row *b = a + 1;
+        const kl_real t = cells->t[s];
+        o->normal_N = forces->normal[s];
+        o->q_N = q[s];
+        o->y_N = y[s];
         o->t1_N = forces->t1[s];
         o->t2_N = forces->t2[s];
         o->m3_Nm = forces->m3[s];
@@ -315,11 +416,11 @@ void kl_axle_output(const struct kl_pair *pair, const struct kl_axle *axle,
         o->omega3_1_m = forces->omega3[s];
         o->reduction = forces->reduction[s];
         o->radius_m = axle->radius[s];
-        o->delta_rad = lerp(cell.a->delta_rail_rad, cell.b->delta_rail_rad, cell.t);
-        o->eta_wheel_m = lerp(cell.a->eta_wheel_m, cell.b->eta_wheel_m, cell.t);
-        o->eta_rail_m = lerp(cell.a->eta_rail_m, cell.b->eta_rail_m, cell.t);
-        o->semi_a_m = third * lerp(cell.a->semi_a_1, cell.b->semi_a_1, cell.t);
-        o->semi_b_m = third * lerp(cell.a->semi_b_1, cell.b->semi_b_1, cell.t);
+        o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
+        o->eta_wheel_m = a->eta_wheel_m + t * (b->eta_wheel_m - a->eta_wheel_m);
+        o->eta_rail_m = a->eta_rail_m + t * (b->eta_rail_m - a->eta_rail_m);
+        o->semi_a_m = third[s] * (a->semi_a_1 + t * (b->semi_a_1 - a->semi_a_1));
+        o->semi_b_m = third[s] * (a->semi_b_1 + t * (b->semi_b_1 - a->semi_b_1));
     }
-    output->force_y_N = output->wheel[KL_RIGHT].y_N + output->wheel[KL_LEFT].y_N;
+    output->force_y_N = KL_SUM(y);
 }

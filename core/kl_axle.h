@@ -8,34 +8,41 @@
  *                                         - m z_y b_z - I_x phi_y b_phi - phi_y I_y Omega psi'
  *                                         + sum T2 (1 - r phi_y)/cos delta
  * where z'' = z_y y'' + b_z and phi'' = phi_y y'' + b_phi. Normal forces then follow from vertical
- * and roll equilibrium. Creep forces need them, and they need the creep forces: two passes, always.
+ * and roll equilibrium. Creep forces need them, and they need the creep forces: two passes, always;
+ * the first may take a coarser cube root of the normal force.
  */
 #ifndef KL_AXLE_H
 #define KL_AXLE_H
 
+#include "kl_lanes.h"
 #include "kl_step.h"
 
-/* Where the wheelset is and how it moves. Arrays hold right and left, so that both are worked on at
- * once. */
+/* The rows of either side's table around its place: the row below, the row above and how far on. */
+struct kl_cells {
+    const struct kl_row *below[KL_SIDES];
+    kl_both t;
+};
+
+/* Where the wheelset is and how it moves. */
 struct kl_axle {
     struct kl_track_point track;
-    kl_real place[KL_SIDES]; /* place in the table, in rows; kept for the outputs */
-    kl_real arm[KL_SIDES];   /* contact: distance from the middle */
-    kl_real radius[KL_SIDES];
-    kl_real sin_delta[KL_SIDES];
-    kl_real cos_delta[KL_SIDES];
-    kl_real inv_cos[KL_SIDES];
-    kl_real f11[KL_SIDES]; /* per N^(2/3) */
-    kl_real f22[KL_SIDES]; /* per N^(2/3) */
-    kl_real f23[KL_SIDES]; /* per N */
-    kl_real f33[KL_SIDES]; /* per N^(4/3) */
-    kl_real y;             /* state */
-    kl_real yaw;
-    kl_real y_abs_rate; /* lateral velocity of the centre, the frame's rolling included */
-    kl_real yaw_abs_rate;
-    kl_real spin;
-    kl_real y_rate; /* dy/dt relative to the track */
-    kl_real z;      /* relative to the smooth track, positive down */
+    struct kl_cells cells;
+    kl_both arm; /* contact: distance from the middle */
+    kl_both radius;
+    kl_both sin_delta;
+    kl_both cos_delta;
+    kl_both inv_cos;
+    kl_both f11;          /* per N^(2/3) */
+    kl_both f22;          /* per N^(2/3) */
+    kl_both f23;          /* per N */
+    kl_both f33;          /* per N^(4/3) */
+    kl_real y_abs_rate;   /* lateral velocity of the centre, the frame's rolling included */
+    kl_real yaw;          /* state */
+    kl_real yaw_abs_rate; /* state */
+    kl_real spin;         /* state */
+    kl_real y;            /* state */
+    kl_real y_rate;       /* dy/dt relative to the track */
+    kl_real z;            /* relative to the smooth track, positive down */
     kl_real z_rate;
     kl_real roll; /* relative to the smooth, canted track */
     kl_real roll_rate;
@@ -50,22 +57,27 @@ struct kl_axle {
 struct kl_axle_forces {
     kl_real suspension[4]; /* y, z, roll, yaw: static and dynamic */
     kl_real torque_Nm;
-    kl_real friction[KL_SIDES];
     kl_real speed_m_s;
+    kl_real inv_creep_speed_s_m;
     kl_real gravity_m_s2;
+    kl_both friction;
     /* results */
-    kl_real normal[KL_SIDES];
-    kl_real gamma1[KL_SIDES];
-    kl_real gamma2[KL_SIDES];
-    kl_real omega3[KL_SIDES];
-    kl_real t1[KL_SIDES];
-    kl_real t2[KL_SIDES];
-    kl_real m3[KL_SIDES];
-    kl_real reduction[KL_SIDES];
-    kl_real y_acc;   /* d(y_abs_rate)/dt */
-    kl_real yaw_acc; /* d(yaw_abs_rate)/dt */
+    kl_both normal;
+    kl_both gamma1;
+    kl_both gamma2;
+    kl_both omega3;
+    kl_both t1;
+    kl_both t2;
+    kl_both m3;
+    kl_both reduction;
+    kl_both gain;  /* of T2 in the lateral equation */
+    kl_both f11_N; /* of the normal force, not reduced */
+    kl_both f22_N;
+    kl_both f33_Nm2;
+    kl_real inv_mass_1_kg; /* of y_abs_rate */
+    kl_real y_acc;         /* d(y_abs_rate)/dt */
+    kl_real yaw_acc;       /* d(yaw_abs_rate)/dt */
     kl_real spin_acc;
-    kl_real damping[3]; /* diagonal creep damping of the three rates, 1/s, >= 0 */
 };
 
 /* Posture at the state x (KL_WHEELSET_STATES values), with the track at the wheelset in
@@ -77,8 +89,13 @@ void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restric
 void kl_axle_forces(const struct kl_wheelset *restrict wheelset,
                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
 
+/* The diagonal creep damping of the three rates, 1/s, >= 0: secants of the saturated law. */
+void kl_axle_damping(const struct kl_wheelset *restrict wheelset,
+                     const struct kl_axle *restrict axle,
+                     const struct kl_axle_forces *restrict forces, kl_real damping[3]);
+
 /* Fills the outputs that belong to the wheels and the wheelset. */
-void kl_axle_output(const struct kl_pair *pair, const struct kl_axle *axle,
-                    const struct kl_axle_forces *forces, struct kl_wheelset_output *output);
+void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
+                    struct kl_wheelset_output *output);
 
 #endif

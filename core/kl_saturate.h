@@ -1,23 +1,34 @@
-/* kl_saturate.h - the saturation of a creep force, in line. Internal to the core (contact room). */
+/* kl_saturate.h - the saturation of creep forces, in line. Internal to the core (contact room). */
 #ifndef KL_SATURATE_H
 #define KL_SATURATE_H
 
 #include "kl_contact.h"
 #include "kl_math.h"
 
+/* What is added to the limit of a law that knows none. */
+static inline kl_real kl_no_limit(enum kl_creep_law law) {
+    return law == KL_CREEP_LINEAR ? KL_R(1e30) : KL_R(0);
+}
+
 /*
- * The factor 0..1 that takes the linear creep force (t1, t2) to the law's. Shen-Hedrick-Elkins:
- * with u = |T|/(mu N), 1 - u/3 + u^2/27 up to u = 3 and 1/u beyond; 0 where mu N is 0.
+ * The factor 0..1 that takes a linear creep force (t1, t2) to the law's. Shen-Hedrick-Elkins: with
+ * u = |T|/(mu N), 1 - u/3 + u^2/27 up to u = 3 and 1/u beyond; 0 where mu N is 0. The cubic is the
+ * expansion of 1/u about 3 to second order and the next term is negative, so the lesser of the two
+ * is always the one that holds.
  */
+static inline kl_lane kl_lane_saturate(kl_lane t1_N, kl_lane t2_N, kl_lane limit_N) {
+    const kl_lane least = kl_lane_all(KL_R(1e-9));
+    const kl_lane linear = kl_lane_sqrt(t1_N * t1_N + t2_N * t2_N);
+    const kl_lane u = linear * (KL_R(1) / kl_lane_max(limit_N, least));
+    const kl_lane cubic = KL_R(1) - u * (KL_R(1.0 / 3.0) - u * KL_R(1.0 / 27.0));
+    const kl_lane sliding = limit_N / kl_lane_max(linear, least);
+    return kl_lane_positive_or_0(limit_N, kl_lane_min(cubic, sliding));
+}
+
 static inline kl_real kl_saturate(enum kl_creep_law law, kl_real t1_N, kl_real t2_N,
                                   kl_real limit_N) {
-    const kl_real linear = kl_sqrt_real(t1_N * t1_N + t2_N * t2_N);
-    const kl_real u = linear / kl_max_real(limit_N, KL_R(1e-9));
-    const kl_real cubic = KL_R(1) - u * (KL_R(1.0 / 3.0) - u * KL_R(1.0 / 27.0));
-    const kl_real sliding = limit_N / kl_max_real(linear, KL_R(1e-9));
-    const kl_real reduction = u < KL_R(3) ? cubic : sliding;
-    const kl_real kept = limit_N > KL_R(0) ? reduction : KL_R(0);
-    return law == KL_CREEP_LINEAR ? KL_R(1) : kept;
+    return kl_lane_first(kl_lane_saturate(kl_lane_all(t1_N), kl_lane_all(t2_N),
+                                          kl_lane_all(limit_N + kl_no_limit(law))));
 }
 
 #endif

@@ -205,8 +205,10 @@ static void move_wheelsets(const struct kl_model *model, const struct stage *sta
         f->torque_Nm = input->axle_torque_Nm[w];
         f->speed_m_s = stage->speed_m_s;
         f->gravity_m_s2 = model->gravity_m_s2;
-        for (int s = 0; s < KL_SIDES; s++) {
-            f->friction[s] = wheelset->creep.friction * input->friction_factor[w][s];
+        KL_EACH_LANE(g) {
+            KL_LANE(f->friction, g) =
+                wheelset->creep.friction * kl_lane_of(input->friction_factor[w][KL_RIGHT],
+                                                      input->friction_factor[w][KL_LEFT], g);
         }
         kl_axle_forces(wheelset, axle, f);
         rate[KL_WS_Y] = axle->y_rate;
@@ -271,7 +273,7 @@ static void write_output(const struct kl_model *model, const struct kl_state *st
         const struct kl_axle *axle = &e->axle[w];
         struct kl_wheelset_output *o = &output->wheelset[w];
         const struct kl_pair *pair = &model->pairs[model->wheelsets[w].pair];
-        kl_axle_output(pair, axle, &e->forces[w], o);
+        kl_axle_output(axle, &e->forces[w], o);
         o->y_m = x[KL_WS_Y];
         o->yaw_rad = x[KL_WS_YAW];
         o->spin_rad_s = x[KL_WS_SPIN];
@@ -408,8 +410,10 @@ static void implicit_scale(const struct kl_model *model, const struct evaluation
                            kl_real scale[3 * KL_MAX_WHEELSETS]) {
     const kl_real by = KL_R(GAMMA) * model->step_s;
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        kl_real damping[3];
+        kl_axle_damping(&model->wheelsets[w], &e->axle[w], &e->forces[w], damping);
         for (uint32_t k = 0; k < 3u; k++) {
-            scale[3u * w + k] = KL_R(1) / (KL_R(1) + by * e->forces[w].damping[k]);
+            scale[3u * w + k] = KL_R(1) / (KL_R(1) + by * damping[k]);
         }
     }
 }

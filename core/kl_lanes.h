@@ -1,0 +1,125 @@
+/*
+ * kl_lanes.h - the two wheels of an axle, worked on at once. Internal to the core.
+ *
+ * Both wheels of a wheelset go through the same arithmetic. Where the machine has registers that
+ * hold two reals, one operation does both; everywhere else the same source runs once per side in
+ * plain C. Lane by lane these are the same IEEE operations, so the bits are the same.
+ * -DKL_PLAIN_LANES takes the plain way everywhere.
+ *
+ *   kl_both        a value of either side; x[KL_RIGHT] and x[KL_LEFT] are its parts
+ *   KL_EACH_LANE   a loop over the passes that both sides need: one, or one per side
+ *   kl_lane        what one pass works on: both sides, or one
+ *   KL_LANE(x, g)  the part of a kl_both x that belongs to pass g; can be assigned to
+ *   KL_OTHER(x, g) the same of the opposite side; not while x is being written
+ */
+#ifndef KL_LANES_H
+#define KL_LANES_H
+
+#include "kl_base.h"
+
+#if !defined(KL_PLAIN_LANES) && defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+#define KL_LANES 2
+#else
+#define KL_LANES 1
+#endif
+
+#ifdef KL_REAL_FLOAT
+typedef uint32_t kl_real_bits;
+#else
+typedef uint64_t kl_real_bits;
+#endif
+
+#define KL_EACH_LANE(g) for (int g = 0; g < KL_SIDES / KL_LANES; g++)
+
+#if KL_LANES == 2
+
+typedef kl_real kl_both __attribute__((vector_size(2 * sizeof(kl_real))));
+typedef kl_real_bits kl_lane_bits __attribute__((vector_size(2 * sizeof(kl_real))));
+typedef kl_both kl_lane;
+#define KL_LANE(x, g) (x)
+
+/* The part of (right, left) that belongs to pass g. */
+static inline kl_lane kl_lane_of(kl_real right, kl_real left, int g) {
+    (void)g;
+    const kl_lane both = {right, left};
+    return both;
+}
+
+static inline kl_lane kl_lane_swapped(kl_lane x) {
+    const kl_lane other = {x[KL_LEFT], x[KL_RIGHT]};
+    return other;
+}
+#define KL_OTHER(x, g) kl_lane_swapped(x)
+
+/* x where the mask has ones, 0 elsewhere. */
+static inline kl_lane kl_lane_keep(kl_lane_bits mask, kl_lane x) {
+    return (kl_lane)(mask & (kl_lane_bits)x);
+}
+
+static inline kl_lane kl_lane_positive_or_0(kl_lane test, kl_lane x) {
+    return kl_lane_keep((kl_lane_bits)(test > (kl_lane){0}), x);
+}
+
+#if defined(__SSE2__) && !defined(KL_REAL_FLOAT)
+/* these instructions are exactly a > b ? a : b and a < b ? a : b */
+#include <emmintrin.h>
+static inline kl_lane kl_lane_max(kl_lane a, kl_lane b) {
+    return _mm_max_pd(a, b);
+}
+static inline kl_lane kl_lane_min(kl_lane a, kl_lane b) {
+    return _mm_min_pd(a, b);
+}
+#else
+static inline kl_lane kl_lane_max(kl_lane a, kl_lane b) {
+    const kl_lane_bits first = (kl_lane_bits)(a > b);
+    return (kl_lane)((first & (kl_lane_bits)a) | (~first & (kl_lane_bits)b));
+}
+static inline kl_lane kl_lane_min(kl_lane a, kl_lane b) {
+    const kl_lane_bits first = (kl_lane_bits)(a < b);
+    return (kl_lane)((first & (kl_lane_bits)a) | (~first & (kl_lane_bits)b));
+}
+#endif
+
+#else /* KL_LANES == 1 */
+
+typedef kl_real kl_both[KL_SIDES];
+typedef kl_real_bits kl_lane_bits;
+typedef kl_real kl_lane;
+#define KL_LANE(x, g) ((x)[g])
+
+static inline kl_lane kl_lane_of(kl_real right, kl_real left, int g) {
+    return g == KL_RIGHT ? right : left;
+}
+
+#define KL_OTHER(x, g) ((x)[KL_SIDES - 1 - (g)])
+
+static inline kl_lane kl_lane_positive_or_0(kl_lane test, kl_lane x) {
+    return test > (kl_real)0 ? x : (kl_real)0;
+}
+static inline kl_lane kl_lane_max(kl_lane a, kl_lane b) {
+    return a > b ? a : b;
+}
+static inline kl_lane kl_lane_min(kl_lane a, kl_lane b) {
+    return a < b ? a : b;
+}
+
+#endif
+
+/* The same value for either side. */
+static inline kl_lane kl_lane_all(kl_real x) {
+    return kl_lane_of(x, x, 0);
+}
+
+/* One of two values that are the same. */
+static inline kl_real kl_lane_first(kl_lane x) {
+#if KL_LANES == 2
+    return x[KL_RIGHT];
+#else
+    return x;
+#endif
+}
+
+/* Both sides together; swapping them changes nothing. */
+#define KL_SUM(x) ((x)[KL_RIGHT] + (x)[KL_LEFT])
+
+#endif
