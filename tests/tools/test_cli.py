@@ -206,6 +206,12 @@ class Arguments(Temporary):
                     self.assertEqual((done.returncode, done.stdout), (1, ""))
                     self.assertIn(name.name, done.stderr)
 
+    def test_a_profile_that_cannot_be_built_names_its_line(self) -> None:
+        for command in ("geometry", "run", "modes"):
+            done = klingel(command, "tests/tools/bad/build_profile_end.yaml", *LEAST[command][1:])
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertRegex(done.stderr, r"^tests/tools/bad/build_profile_end\.yaml:\d+: pairs")
+
     def test_set(self) -> None:
         for assignment, status in (("mass=1", 1), ("", 2), ("wheelsets[0].mass_kg", 1), ("wheelsets[0].mass_kg=-1", 1),
                                    ("wheelsets[0].mass_kg=1300", 0), ("track.name=x", 1), ("=1", 1)):

@@ -80,7 +80,9 @@ static int count(char *const *arguments, const char *which, const char *steps,
     if (ended > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 127) {
         return cli_fail("--instructions: there is no valgrind; install it or leave the option out");
     }
-    return read == CLI_OK ? CLI_OK : cli_fail("--instructions: valgrind failed");
+    return read == CLI_OK ? CLI_OK
+                          : cli_fail("--instructions: valgrind failed; it cannot read the debug "
+                                     "information of every compiler (clang: add -gdwarf-4)");
 }
 
 int bench_count(char *const *arguments, const char *which, double *per_step) {

@@ -82,7 +82,7 @@ static size_t distance(const char *a, const char *b) {
 const char *cli_nearest(const char *text, const char *const *words, size_t n) {
     const char *nearest = NULL;
     size_t least = strlen(text) / 3 + 2; /* farther than that is another word */
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n && strlen(text) < WORD; i++) {
         size_t d = distance(text, words[i]);
         if (d < least) {
             least = d;

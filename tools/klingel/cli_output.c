@@ -94,12 +94,11 @@ int cli_output_open(struct cli_output *output, const char *path) {
 }
 
 static int finish(struct cli_output *output, int status) {
-    errno = 0;
-    bool failed = fflush(output->file) != 0;
-    int reason = errno;
-    if (!failed && ferror(output->file) != 0) { /* an earlier write, whose reason is gone */
+    int reason = errno; /* of the write that failed, if one did */
+    bool failed = ferror(output->file) != 0;
+    if (fflush(output->file) != 0) {
+        reason = errno;
         failed = true;
-        reason = EIO;
     }
     if (output->file != stdout && fclose(output->file) != 0) {
         reason = errno;
@@ -107,7 +106,7 @@ static int finish(struct cli_output *output, int status) {
     }
     const char *name = output->path != NULL ? output->path : "standard output";
     if (failed) {
-        return cli_fail("cannot write %s: %s", name, strerror(reason));
+        return cli_fail("cannot write %s: %s", name, strerror(reason != 0 ? reason : EIO));
     }
     if (output->temporary != NULL && status == CLI_OK &&
         rename(output->temporary, output->path) != 0) {

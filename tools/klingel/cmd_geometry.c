@@ -19,6 +19,7 @@ struct arguments {
 
 /* A pair made afresh outside the model: its definition and memory. */
 struct work {
+    struct model_file *file;
     const struct kl_pair_def *def;
     const char *name;
     void *memory;
@@ -32,13 +33,14 @@ struct work {
 static const char *const side_name[KL_SIDES] = {"right", "left"};
 
 static void csv_header(FILE *file) {
-    static const char *const column[] = {
-        "eta_wheel_m", "eta_rail_m",     "delta_wheel_rad", "delta_rail_rad",  "arm_m",
-        "radius_m",    "curv_wheel_1_m", "curv_rail_1_m",   "semi_a_m_N(1/3)", "semi_b_m_N(1/3)"};
+    static const char *const column[][2] = {
+        {"eta_wheel", "m"},    {"eta_rail", "m"},    {"delta_wheel", "rad"}, {"delta_rail", "rad"},
+        {"arm", "m"},          {"radius", "m"},      {"curv_wheel", "1_m"},  {"curv_rail", "1_m"},
+        {"semi_a_at_1N", "m"}, {"semi_b_at_1N", "m"}};
     fprintf(file, "u_y_m,phi_rad,u_z_m,phi_y_rad_m,z_y");
     for (int s = 0; s < KL_SIDES; s++) {
         for (size_t i = 0; i < sizeof column / sizeof column[0]; i++) {
-            fprintf(file, ",%s_%s", side_name[s], column[i]);
+            fprintf(file, ",%s_%s_%s", column[i][0], side_name[s], column[i][1]);
         }
     }
     fputc('\n', file);
@@ -157,8 +159,11 @@ static int build(struct work *w) {
             w->size *= status == KL_ERR_MEMORY ? 2 : 1;
         }
         if (status != KL_OK) {
-            return cli_fail("pair %s: %s: %s (%g)", w->name, kl_status_text(status),
-                            diag.what != NULL ? diag.what : "", diag.value);
+            struct kl_model model;
+            bool said = model_file_build(w->file, &model, stderr) != 0; /* knows the line */
+            return said ? CLI_FAILED
+                        : cli_fail("pair %s: %s: %s (%g)", w->name, kl_status_text(status),
+                                   diag.what != NULL ? diag.what : "", diag.value);
         }
     }
     qsort(ms, TIMED_BUILDS, sizeof ms[0], by_value);
@@ -295,7 +300,7 @@ static int show_csv(const struct work *w, const struct arguments *a, FILE *csv) 
     return CLI_OK;
 }
 
-static int show(const struct cli_model *m, const struct arguments *a) {
+static int show(struct cli_model *m, const struct arguments *a) {
     struct cli_output csv = {0};
     uint32_t first = 0;
     uint32_t last = 0;
@@ -308,7 +313,8 @@ static int show(const struct cli_model *m, const struct arguments *a) {
         status = cli_output_open(&csv, a->csv);
     }
     for (uint32_t i = first; i <= last && status == CLI_OK; i++) {
-        struct work w = {.def = &m->file.vehicle.pairs[i], .name = cli_pair_name(m, i)};
+        struct work w = {
+            .file = &m->file, .def = &m->file.vehicle.pairs[i], .name = cli_pair_name(m, i)};
         status = build(&w);
         status = status == CLI_OK ? check_solve(&w, a) : status;
         if (status == CLI_OK && !cli_is_stdout(a->csv)) {
