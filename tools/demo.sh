@@ -10,7 +10,7 @@ out=build/demo
 klingel=${KLINGEL:-build/klingel}
 while [ $# -gt 0 ]; do
     case "$1" in
-    --help) sed -n '2,5p' "$0" | sed 's/^# //'; exit 0 ;;
+    --help) sed -n "2,5p" "$0" | sed 's/^# //'; exit 0 ;;
     --seconds) seconds=${2:?--seconds needs a number}; shift 2 ;;
     --bus) bus=${2:?--bus needs a name}; shift 2 ;;
     --out) out=${2:?--out needs a folder}; shift 2 ;;
