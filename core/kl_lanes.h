@@ -60,6 +60,23 @@ static inline kl_lane kl_lane_positive_or_0(kl_lane test, kl_lane x) {
     return kl_lane_keep((kl_lane_bits)(test > (kl_lane){0}), x);
 }
 
+static inline kl_lane kl_lane_if_0(kl_lane test, kl_lane a, kl_lane b) {
+    const kl_lane_bits first = (kl_lane_bits)(test == (kl_lane){0});
+    return (kl_lane)((first & (kl_lane_bits)a) | (~first & (kl_lane_bits)b));
+}
+
+/* Two neighbours in memory, on no particular border. */
+static inline kl_lane kl_lane_load(const kl_real *from, int g) {
+    (void)g;
+    kl_lane x;
+    __builtin_memcpy(&x, from, sizeof x);
+    return x;
+}
+static inline void kl_lane_store(kl_real *to, int g, kl_lane x) {
+    (void)g;
+    __builtin_memcpy(to, &x, sizeof x);
+}
+
 #if defined(__SSE2__) && !defined(KL_REAL_FLOAT)
 /* these instructions are exactly a > b ? a : b and a < b ? a : b */
 #include <emmintrin.h>
@@ -96,6 +113,15 @@ static inline kl_lane kl_lane_of(kl_real right, kl_real left, int g) {
 static inline kl_lane kl_lane_positive_or_0(kl_lane test, kl_lane x) {
     return test > (kl_real)0 ? x : (kl_real)0;
 }
+static inline kl_lane kl_lane_if_0(kl_lane test, kl_lane a, kl_lane b) {
+    return test == (kl_real)0 ? a : b;
+}
+static inline kl_lane kl_lane_load(const kl_real *from, int g) {
+    return from[g];
+}
+static inline void kl_lane_store(kl_real *to, int g, kl_lane x) {
+    to[g] = x;
+}
 static inline kl_lane kl_lane_max(kl_lane a, kl_lane b) {
     return a > b ? a : b;
 }
@@ -116,6 +142,15 @@ static inline kl_real kl_lane_first(kl_lane x) {
     return x[KL_RIGHT];
 #else
     return x;
+#endif
+}
+
+/* True where every part is 0. */
+static inline int kl_lane_is_0(kl_lane x) {
+#if KL_LANES == 2
+    return x[KL_RIGHT] == (kl_real)0 && x[KL_LEFT] == (kl_real)0;
+#else
+    return x == (kl_real)0;
 #endif
 }
 
