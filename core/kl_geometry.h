@@ -171,7 +171,7 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
 enum kl_status kl_pair_posture(const struct kl_pair *pair, double u_y_m,
                                struct kl_posture *posture);
 
-/* The linear parameters by differences over +-1e-6 m of the full solution. */
+/* The linear parameters by differences over +-1e-5 m of the full solution. */
 enum kl_status kl_pair_linear(const struct kl_pair_def *def, struct kl_arena *scratch,
                               struct kl_linear_geometry *linear, struct kl_diag *diag);
 

@@ -271,8 +271,9 @@ static uint64_t hash_bodies(uint64_t h, const struct kl_model *m) {
 static uint64_t hash_pairs(uint64_t h, const struct kl_model *m) {
     for (uint32_t i = 0; i < m->n_pairs; i++) {
         const struct kl_pair *p = &m->pairs[i];
-        const kl_real values[] = {p->step_m,   p->range_m,         p->base_m,
-                                  p->radius_m, p->share[KL_RIGHT], p->share[KL_LEFT]};
+        const kl_real values[] = {p->step_m,          p->inv_step_1_m,  p->range_m,
+                                  p->base_m,          p->inv_base_1_m,  p->radius_m,
+                                  p->share[KL_RIGHT], p->share[KL_LEFT]};
         h = hash_u32(h, p->half);
         h = kl_hash_bytes(h, values, sizeof values);
         for (int s = 0; s < KL_SIDES; s++) {
@@ -287,12 +288,13 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     h = hash_u32(hash_u32(h, m->version), m->real_bytes);
     h = kl_hash_bytes(h, m->name, sizeof m->name);
     h = kl_hash_bytes(h, &m->step_ns, sizeof m->step_ns);
+    h = hash_u32(hash_real(h, m->step_s), m->n_states);
     h = hash_real(hash_real(h, m->gravity_m_s2), m->acceleration_limit_m_s2);
     h = hash_u32(hash_u32(hash_u32(h, m->n_bodies), m->n_wheelsets), m->n_pairs);
     h = hash_bodies(h, m);
     h = hash_pairs(h, m);
     const struct kl_suspension *s = &m->suspension;
-    h = hash_u32(h, s->n_coordinates);
+    h = hash_u32(hash_u32(h, s->n_coordinates), s->n_entries);
     h = kl_hash_bytes(h, s->row_start, (s->n_coordinates + 1u) * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->column, s->n_entries * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->spring, s->n_entries * sizeof(struct kl_spring));
