@@ -21,8 +21,8 @@ LINE = re.compile(r"^\((\d+\.\d+)\) (\S+) ([0-9A-F]{3})#([0-9A-F]*)")
 
 SCRIPT = """
 set -eu
-out="$1"; klingel="$2"; seconds="$3"
-candump -D -L -r 8388608 vcan0 >/tmp/bus.log &
+out="$1"; klingel="$2"; seconds="$3"; scratch="$4"
+candump -D -L -r 8388608 vcan0 >"$scratch/bus.log" &
 dump=$!
 sleep 1
 "$klingel" hil models/two_axle_wagon.yaml models/demo_track.yaml --bus vcan0 --speed 27 --start \\
@@ -35,14 +35,16 @@ cansend vcan0 010#00
 wait $hil
 sleep 1
 kill $dump 2>/dev/null || true
-cp /tmp/bus.log "$out/bus.log"
+[ "$scratch" = "$out" ] || cp "$scratch/bus.log" "$out/bus.log"
 """
 
 
 def run_session(klingel: str, out: pathlib.Path, seconds: int, program: list[str]) -> int:
     script = out / "session.sh"
     script.write_text(SCRIPT)
-    command = ["sh", str(script), str(out), klingel, str(seconds)]
+    # the guest writes to the host slowly: candump's log goes to its memory first
+    scratch = "/run" if program else str(out)
+    command = ["sh", str(script), str(out), klingel, str(seconds), scratch]
     return subprocess.run(program + command, cwd=ROOT, check=False).returncode
 
 
