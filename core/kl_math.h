@@ -103,6 +103,11 @@ static inline kl_real kl_max_real(kl_real a, kl_real b) {
 static inline kl_real kl_min_real(kl_real a, kl_real b) {
     return a < b ? a : b;
 }
+/* low where x is not a number; no branch. */
+static inline kl_real kl_clamp(kl_real x, kl_real low, kl_real high) {
+    return kl_lane_first(
+        kl_lane_min(kl_lane_max(kl_lane_all(x), kl_lane_all(low)), kl_lane_all(high)));
+}
 /* True for every number but NaN and the infinities. */
 static inline int kl_finite(double x) {
     return x - x == 0.0;

@@ -3,6 +3,7 @@
 
 #include "kl_math.h"
 #include "kl_suspension.h"
+#include "kl_track_read.h"
 
 /* The usual body has all freedoms: nothing to pick. */
 #define ALL_FREEDOMS (KL_HAS(KL_FREEDOMS) - 1u)
@@ -101,7 +102,7 @@ static void place_bodies(const struct kl_model *model, const kl_real *x,
         const struct kl_body_motion *m = &e->body[b];
         e->at_body[b] = &e->reference;
         if (body->x_m != KL_R(0)) {
-            kl_track_layout_at(&model->track, stage->s_m + body->x_m, &e->own[b]);
+            kl_layout_read(&model->track, stage->s_m + body->x_m, &e->own[b]);
             e->at_body[b] = &e->own[b];
         }
         x = kl_unpack_body(body, x, e->at_body[b], v, &e->body[b]);
@@ -123,7 +124,7 @@ static void place_wheelsets(const struct kl_model *model, const kl_real *x,
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_pair *pair = &model->pairs[wheelset->pair];
         struct kl_axle *axle = &e->axle[w];
-        kl_track_at(&model->track, stage->s_m + wheelset->x_m, &axle->track);
+        kl_track_read(&model->track, stage->s_m + wheelset->x_m, &axle->track);
         kl_axle_posture(pair, x, v, stage->speed_rate_m_s2, axle);
         x += KL_WHEELSET_STATES;
         e->faults |= axle->faults;
@@ -141,15 +142,18 @@ static void place_wheelsets(const struct kl_model *model, const kl_real *x,
 
 static void suspension_forces(const struct kl_suspension *restrict suspension,
                               const struct motions *restrict motions, kl_real *restrict force) {
-    const struct kl_spring *spring = suspension->spring;
-    const uint16_t *column = suspension->column;
-    const uint16_t *row_start = suspension->row_start;
-    for (uint32_t i = 0; i < suspension->n_coordinates; i++) {
+    const struct kl_spring *restrict spring = suspension->spring;
+    const uint16_t *restrict column = suspension->column;
+    const uint16_t *restrict row_end = suspension->row_start + 1;
+    const size_t rows = suspension->n_coordinates;
+    size_t at = 0;
+    for (size_t i = 0; i < rows; i++) {
+        const size_t end = row_end[i];
         kl_both sum = {KL_R(0), KL_R(0)}; /* elastic, viscous */
-        for (const uint16_t *end = suspension->column + row_start[i + 1u]; column != end;
-             column++, spring++) {
+        for (; at < end; at++) {
             KL_EACH_LANE(g) {
-                KL_LANE(sum, g) += kl_lane_load(&spring->k, g) * KL_LANE(motions->q[*column], g);
+                KL_LANE(sum, g) +=
+                    kl_lane_load(&spring[at].k, g) * KL_LANE(motions->q[column[at]], g);
             }
         }
         force[i] = -KL_SUM(sum);
@@ -159,10 +163,9 @@ static void suspension_forces(const struct kl_suspension *restrict suspension,
 /* ---- moving ---- */
 
 static void move_bodies(const struct kl_model *model, const struct kl_stage *stage,
-                        const struct kl_input *input, const kl_real *force,
-                        struct kl_evaluation *e) {
+                        const struct kl_input *input, const kl_real *force, struct kl_evaluation *e,
+                        kl_real *rate) {
     const kl_real v = stage->speed_m_s;
-    kl_real *rate = e->rate;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         const struct kl_track_point *here = e->at_body[b];
@@ -187,8 +190,8 @@ static void move_bodies(const struct kl_model *model, const struct kl_stage *sta
 
 static void move_wheelsets(const struct kl_model *model, const struct kl_stage *stage,
                            const struct kl_input *input, const kl_real *force,
-                           struct kl_evaluation *e) {
-    kl_real *rate = e->rate + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets);
+                           struct kl_evaluation *e, kl_real *rate) {
+    rate += model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_axle *axle = &e->axle[w];
@@ -219,17 +222,17 @@ static void move_wheelsets(const struct kl_model *model, const struct kl_stage *
 
 void kl_evaluate(const struct kl_model *model, const kl_real *restrict x,
                  const struct kl_stage *stage, const struct kl_input *restrict input,
-                 struct kl_evaluation *restrict e) {
+                 struct kl_evaluation *restrict e, kl_real *restrict rate) {
     struct motions motions;
     kl_real force[KL_MAX_COORDINATES];
     const kl_real *x_wheelsets = x + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets);
     e->faults = 0;
-    kl_track_layout_at(&model->track, stage->s_m, &e->reference);
+    kl_layout_read(&model->track, stage->s_m, &e->reference);
     place_bodies(model, x, stage, e, &motions);
     place_wheelsets(model, x_wheelsets, stage, e, &motions);
     suspension_forces(&model->suspension, &motions, force);
-    move_bodies(model, stage, input, force, e);
-    move_wheelsets(model, stage, input, force, e);
+    move_bodies(model, stage, input, force, e, rate);
+    move_wheelsets(model, stage, input, force, e, rate);
 }
 
 kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
@@ -239,7 +242,7 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
     const kl_real *x = state->x;
     e.faults = 0;
-    kl_track_layout_at(&model->track, stage.s_m, &e.reference);
+    kl_layout_read(&model->track, stage.s_m, &e.reference);
     place_bodies(model, x, &stage, &e, &motions);
     place_wheelsets(model, x + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets), &stage,
                     &e, &motions);

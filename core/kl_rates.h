@@ -29,7 +29,6 @@ struct kl_evaluation {
     kl_real body_acceleration[KL_MAX_BODIES][KL_FREEDOMS]; /* specific forces */
     struct kl_axle axle[KL_MAX_WHEELSETS];
     struct kl_axle_forces forces[KL_MAX_WHEELSETS];
-    kl_real rate[KL_MAX_STATES];
     uint32_t faults;
 };
 
@@ -51,7 +50,7 @@ const kl_real *kl_unpack_body(const struct kl_body *body, const kl_real *x,
 /* The rates of the states x at a stage; `input` must be within its ranges. */
 void kl_evaluate(const struct kl_model *model, const kl_real *restrict x,
                  const struct kl_stage *stage, const struct kl_input *restrict input,
-                 struct kl_evaluation *restrict e);
+                 struct kl_evaluation *restrict e, kl_real *restrict rate);
 
 /* Outputs of an evaluation, for the state that it leads to. */
 void kl_write_output(const struct kl_model *model, const struct kl_state *state,

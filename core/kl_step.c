@@ -123,51 +123,96 @@ void kl_rates(const struct kl_model *model, const struct kl_state *state,
     struct kl_input kept;
     (void)check_input(model, state, input, &kept);
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-    kl_evaluate(model, state->x, &stage, &kept, &e);
-    for (uint32_t i = 0; i < model->n_states; i++) {
-        rates[i] = e.rate[i];
-    }
+    kl_evaluate(model, state->x, &stage, &kept, &e, rates);
     if (output != NULL) {
         kl_write_output(model, state, &stage, &e, output);
     }
 }
 
-/* 1/(1 + gamma h damping) of each wheelset's three rates: the implicit part of a stage. */
-static void implicit_scale(const struct kl_model *model, const struct kl_evaluation *e,
-                           kl_real scale[3 * KL_MAX_WHEELSETS]) {
+/* ---- the step ---- */
+
+/* States are taken KL_LANES at a time; where that does not come out even the first ones are taken
+ * twice. */
+static uint32_t first_stride(uint32_t n) {
+    return n % KL_LANES != 0u ? n % KL_LANES : KL_LANES;
+}
+
+/* The implicit part of a stage: each wheelset's three rates divided by 1 + gamma h damping. */
+struct implicit {
+    kl_real scale[KL_MAX_WHEELSETS][3];
+};
+
+static void find_implicit(const struct kl_model *model, const struct kl_evaluation *e,
+                          struct implicit *implicit) {
     const kl_real by = KL_R(GAMMA) * model->step_s;
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         kl_real damping[3];
         kl_axle_damping(&model->wheelsets[w], &e->axle[w], &e->forces[w], damping);
         for (uint32_t k = 0; k < 3u; k++) {
-            scale[3u * w + k] = KL_R(1) / (KL_R(1) + by * damping[k]);
+            implicit->scale[w][k] = KL_R(1) / (KL_R(1) + by * damping[k]);
         }
     }
 }
 
-static void apply_scale(const struct kl_model *model, const kl_real *scale, kl_real *rate) {
-    kl_real *of_wheelset = rate + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets);
+/* First stage: k1 = S f(x), x2 = x + h k1. */
+static void first_stage(const struct kl_model *model, const struct implicit *restrict implicit,
+                        const kl_real *restrict x, kl_real *restrict k1, kl_real *restrict x2) {
+    const uint32_t n = model->n_states;
+    const kl_real h = model->step_s;
+    kl_real *of_axle = k1 + (n - KL_WHEELSET_STATES * model->n_wheelsets) + KL_WS_Y_RATE;
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         for (uint32_t k = 0; k < 3u; k++) {
-            of_wheelset[KL_WHEELSET_STATES * w + KL_WS_Y_RATE + k] *= scale[3u * w + k];
+            of_axle[KL_WHEELSET_STATES * w + k] *= implicit->scale[w][k];
         }
     }
+    for (uint32_t i = 0, by = first_stride(n); i < n; i += by, by = KL_LANES) {
+        kl_lane_store(&x2[i], 0, kl_lane_load(&x[i], 0) + kl_lane_load(&k1[i], 0) * h);
+    }
+}
+
+/* Second stage: k2 = S (f(x2) - 2 k1), x2 = x + h (3 k1 + k2)/2. Where S is 1 that is the mean of
+ * f(x) and f(x2); so elsewhere f(x2) is first changed to 2 k1 + k2. Returns 1
+ * where every new state is finite. */
+static int second_stage(const struct kl_model *model, const struct implicit *restrict implicit,
+                        const kl_real *restrict x, const kl_real *restrict k1, kl_real *restrict k2,
+                        kl_real *restrict x2) {
+    const uint32_t n = model->n_states;
+    const kl_real half_h = KL_R(0.5) * model->step_s;
+    const uint32_t first = (n - KL_WHEELSET_STATES * model->n_wheelsets) + KL_WS_Y_RATE;
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        for (uint32_t k = 0; k < 3u; k++) {
+            const uint32_t i = first + KL_WHEELSET_STATES * w + k;
+            const kl_real twice = KL_R(2) * k1[i];
+            k2[i] = twice + (k2[i] - twice) * implicit->scale[w][k];
+        }
+    }
+    kl_lane unsound = kl_lane_all(KL_R(0)); /* 0, or NaN for ever */
+    for (uint32_t i = 0, by = first_stride(n); i < n; i += by, by = KL_LANES) {
+        const kl_lane k = kl_lane_load(&k1[i], 0) + kl_lane_load(&k2[i], 0);
+        const kl_lane next = kl_lane_load(&x[i], 0) + k * half_h;
+        kl_lane_store(&x2[i], 0, next);
+        unsound += next - next;
+    }
+    return kl_lane_is_0(unsound);
 }
 
 /* Takes the new state over, or holds the old one; latches faults. Returns 1 where held. */
-static int settle(struct kl_state *state, const kl_real *x, const struct kl_stage *end,
+static int settle(struct kl_state *state, const kl_real *restrict x, const struct kl_stage *end,
                   uint32_t faults) {
+    const uint32_t n = state->n_states;
     state->tick++;
     if (state->faults == 0 && faults != 0) {
         state->fault_tick = state->tick;
     }
     state->faults |= faults;
     const int hold = (state->faults & KL_FAULTS_HOLD) != 0;
-    for (uint32_t i = 0; i < state->n_states; i++) {
-        state->x[i] = hold ? state->x[i] : x[i];
+    if (!hold) {
+        for (uint32_t i = 0, by = first_stride(n); i < n; i += by, by = KL_LANES) {
+            kl_lane_store(&state->x[i], 0, kl_lane_load(&x[i], 0));
+        }
+        state->s_m = end->s_m;
+        state->speed_m_s = end->speed_m_s;
     }
-    state->s_m = hold ? state->s_m : end->s_m;
-    state->speed_m_s = hold ? state->speed_m_s : end->speed_m_s;
     return hold;
 }
 
@@ -175,40 +220,28 @@ uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const str
                  struct kl_output *output) {
     struct kl_evaluation e;
     struct kl_input kept;
+    struct implicit implicit;
     kl_real k1[KL_MAX_STATES];
+    kl_real k2[KL_MAX_STATES];
     kl_real x2[KL_MAX_STATES];
-    kl_real scale[3 * KL_MAX_WHEELSETS];
-    const uint32_t n = model->n_states;
     const kl_real h = model->step_s;
     uint32_t faults = check_input(model, state, input, &kept);
     const kl_real most = model->acceleration_limit_m_s2 * h;
-    const kl_real change = kl_min_real(kl_max_real(kept.speed_m_s - state->speed_m_s, -most), most);
+    const kl_real change = kl_clamp(kept.speed_m_s - state->speed_m_s, -most, most);
     const kl_real v2 = state->speed_m_s + change;
     const kl_real v_rate = change / h;
     const struct kl_stage begin = {state->s_m, state->speed_m_s, v_rate};
     const struct kl_stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v2)), v2,
                                  v_rate};
 
-    kl_evaluate(model, state->x, &begin, &kept, &e);
+    kl_evaluate(model, state->x, &begin, &kept, &e, k1);
     faults |= e.faults;
-    implicit_scale(model, &e, scale);
-    apply_scale(model, scale, e.rate);
-    for (uint32_t i = 0; i < n; i++) {
-        k1[i] = e.rate[i];
-        x2[i] = state->x[i] + h * k1[i];
-    }
-    kl_evaluate(model, x2, &end, &kept, &e);
+    find_implicit(model, &e, &implicit);
+    first_stage(model, &implicit, state->x, k1, x2);
+    kl_evaluate(model, x2, &end, &kept, &e, k2);
     faults |= e.faults;
-    for (uint32_t i = 0; i < n; i++) {
-        e.rate[i] -= KL_R(2) * k1[i];
-    }
-    apply_scale(model, scale, e.rate);
-    kl_real sound = end.s_m - end.s_m;
-    for (uint32_t i = 0; i < n; i++) {
-        x2[i] = state->x[i] + h * (KL_R(1.5) * k1[i] + KL_R(0.5) * e.rate[i]);
-        sound += x2[i] - x2[i]; /* 0, or NaN for ever */
-    }
-    faults |= sound == KL_R(0) ? 0u : (uint32_t)KL_FAULT_NONFINITE;
+    const int sound = second_stage(model, &implicit, state->x, k1, k2, x2);
+    faults |= sound && kl_finite_real(end.s_m) ? 0u : (uint32_t)KL_FAULT_NONFINITE;
 
     const int hold = settle(state, x2, &end, faults);
     if (output != NULL && !hold) {

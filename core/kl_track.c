@@ -3,80 +3,16 @@
 
 #include "kl_layout.h"
 #include "kl_math.h"
+#include "kl_track_read.h"
 
 #define PATH_PANELS 16
 
-static const struct kl_piece *piece_at(const struct kl_track *track, kl_real s) {
-    const kl_real place = s * track->inv_bin_1_m;
-    const kl_real top = (kl_real)(track->n_bins - 1u);
-    const uint32_t b = (uint32_t)kl_min_real(kl_max_real(place, KL_R(0)), top);
-    const uint32_t last = track->n_pieces - 1u;
-    uint32_t p = track->bin[b];
-    for (int i = 0; i < 2; i++) {
-        const uint32_t next = p < last ? p + 1u : last;
-        p = s >= track->piece[next].start_m ? next : p;
-    }
-    return &track->piece[s < KL_R(0) ? 0u : p];
-}
-
-static void read_irregularity(const struct kl_track *restrict track, kl_real s,
-                              struct kl_track_point *restrict point) {
-    const kl_real place = (s - track->start_m) * track->inv_step_1_m;
-    const kl_real end = (kl_real)(track->n_samples - 1u);
-    const kl_real inside = place >= KL_R(0) && place <= end ? KL_R(1) : KL_R(0);
-    const kl_real kept = kl_min_real(kl_max_real(place, KL_R(0)), end);
-    uint32_t i = (uint32_t)kept;
-    i = i < track->n_samples - 1u ? i : track->n_samples - 2u;
-    const kl_real t = kept - (kl_real)i;
-    const kl_real u = KL_R(1) - t;
-    const kl_real by = inside * track->inv_step_1_m;
-    const kl_real by2 = by * track->inv_step_1_m;
-    const kl_real sixth = inside * KL_R(1.0 / 6.0);
-    const kl_real w0[4] = {sixth * (u * u * u), sixth * (KL_R(4) - t * t * (KL_R(6) - KL_R(3) * t)),
-                           sixth * (KL_R(4) - u * u * (KL_R(6) - KL_R(3) * u)),
-                           sixth * (t * t * t)};
-    const kl_real w1[4] = {by * KL_R(-0.5) * (u * u), by * (t * (KL_R(1.5) * t - KL_R(2))),
-                           by * (u * (KL_R(2) - KL_R(1.5) * u)), by * KL_R(0.5) * (t * t)};
-    const kl_real w2[4] = {by2 * u, by2 * (KL_R(3) * t - KL_R(2)), by2 * (KL_R(3) * u - KL_R(2)),
-                           by2 * t};
-    /* a row is four kl_real: all channels at once */
-    const kl_real *restrict row = &track->irregularity[i].lateral_m;
-    kl_real *restrict value = &point->value.lateral_m;
-    kl_real *restrict slope = &point->slope.lateral_m;
-    kl_real *restrict second = &point->second.lateral_m;
-    for (int c = 0; c < 4; c++) {
-        value[c] =
-            (w0[0] * row[c] + w0[1] * row[4 + c]) + (w0[2] * row[8 + c] + w0[3] * row[12 + c]);
-        slope[c] =
-            (w1[0] * row[c] + w1[1] * row[4 + c]) + (w1[2] * row[8 + c] + w1[3] * row[12 + c]);
-        second[c] =
-            (w2[0] * row[c] + w2[1] * row[4 + c]) + (w2[2] * row[8 + c] + w2[3] * row[12 + c]);
-    }
-}
-
 void kl_track_layout_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point) {
-    const struct kl_piece *piece = piece_at(track, s_m);
-    const kl_real d = s_m - piece->start_m;
-    const kl_real *k = piece->curvature;
-    const kl_real *c = piece->cant;
-    point->curvature_1_m = k[0] + d * (k[1] + d * (k[2] + d * k[3]));
-    point->heading_rad = piece->heading_rad + kl_layout_heading(k, d);
-    point->offset_m = piece->offset_m + (piece->heading_rad * d + kl_layout_offset(k, d));
-    point->cant_rad = c[0] + d * (c[1] + d * (c[2] + d * c[3]));
-    point->cant_s_1_m = c[1] + d * (KL_R(2) * c[2] + d * (KL_R(3) * c[3]));
-    point->cant_ss_1_m2 = KL_R(2) * c[2] + d * (KL_R(6) * c[3]);
+    kl_layout_read(track, s_m, point);
 }
 
 void kl_track_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point) {
-    kl_track_layout_at(track, s_m, point);
-    if (track->irregularity != NULL) {
-        read_irregularity(track, s_m, point);
-    } else {
-        const struct kl_irregularity_row zero = {0};
-        point->value = zero;
-        point->slope = zero;
-        point->second = zero;
-    }
+    kl_track_read(track, s_m, point);
 }
 
 /* A constant piece is an arc: chord d sin(h)/h along theta + h, h = kappa d/2. Others by
@@ -109,7 +45,7 @@ void kl_layout_path(const struct kl_piece *piece, double length, double *x, doub
 }
 
 void kl_track_path(const struct kl_track *track, kl_real s_m, struct kl_path *path) {
-    const struct kl_piece *piece = piece_at(track, s_m);
+    const struct kl_piece *piece = kl_piece_at(track, s_m);
     const kl_real d = s_m - piece->start_m;
     double x;
     double y;

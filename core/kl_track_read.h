@@ -1,0 +1,82 @@
+/* kl_track_read.h - reading the track, in line for the step. Internal to the core (track room). */
+#ifndef KL_TRACK_READ_H
+#define KL_TRACK_READ_H
+
+#include "kl_layout.h"
+#include "kl_math.h"
+
+/* The piece that holds s, from the bin that holds it and at most two borders on. */
+static inline const struct kl_piece *kl_piece_at(const struct kl_track *track, kl_real s) {
+    const kl_real top = (kl_real)(track->n_bins - 1u);
+    const uint32_t last = track->n_pieces - 1u;
+    uint32_t p = track->bin[(uint32_t)kl_clamp(s * track->inv_bin_1_m, KL_R(0), top)];
+    for (int i = 0; i < 2; i++) {
+        const uint32_t next = p < last ? p + 1u : last;
+        p = s >= track->piece[next].start_m ? next : p;
+    }
+    return &track->piece[s < KL_R(0) ? 0u : p];
+}
+
+static inline void kl_layout_read(const struct kl_track *restrict track, kl_real s,
+                                  struct kl_track_point *restrict point) {
+    const struct kl_piece *piece = kl_piece_at(track, s);
+    const kl_real d = s - piece->start_m;
+    const kl_real *k = piece->curvature;
+    const kl_real *c = piece->cant;
+    point->curvature_1_m = k[0] + d * (k[1] + d * (k[2] + d * k[3]));
+    point->heading_rad = piece->heading_rad + kl_layout_heading(k, d);
+    point->offset_m = piece->offset_m + (piece->heading_rad * d + kl_layout_offset(k, d));
+    point->cant_rad = c[0] + d * (c[1] + d * (c[2] + d * c[3]));
+    point->cant_s_1_m = c[1] + d * (KL_R(2) * c[2] + d * (KL_R(3) * c[3]));
+    point->cant_ss_1_m2 = KL_R(2) * c[2] + d * (KL_R(6) * c[3]);
+}
+
+/* The cubic B-spline of all four channels, as a polynomial in the place t = 0..1 between the two
+ * inner ones of four control points. */
+static inline void kl_irregularity_read(const struct kl_track *restrict track, kl_real s,
+                                        struct kl_track_point *restrict point) {
+    const uint32_t last = track->n_samples - 2u;
+    const kl_real place = (s - track->start_m) * track->inv_step_1_m;
+    const kl_real kept = kl_clamp(place, KL_R(0), (kl_real)(last + 1u));
+    const uint32_t at = (uint32_t)kept;
+    const uint32_t i = at < last ? at : last;
+    const kl_lane t = kl_lane_all(kept - (kl_real)i);
+    const kl_lane inside =
+        kl_lane_if_0(kl_lane_all(kept - place), kl_lane_all(KL_R(1)), kl_lane_all(KL_R(0)));
+    const kl_lane by = inside * track->inv_step_1_m;
+    const kl_lane by2 = by * track->inv_step_1_m;
+    /* a row is four kl_real, channels beside each other */
+    for (int c = 0; c < 4; c += 2) {
+        const kl_real *row = &track->irregularity[i].lateral_m + c;
+        KL_EACH_LANE(g) {
+            const kl_lane p0 = kl_lane_load(row, g);
+            const kl_lane p1 = kl_lane_load(row + 4, g);
+            const kl_lane p2 = kl_lane_load(row + 8, g);
+            const kl_lane p3 = kl_lane_load(row + 12, g);
+            const kl_lane c1 = KL_R(0.5) * (p2 - p0);
+            const kl_lane c2 = (p0 + p2) - (p1 + p1);           /* twice the coefficient of t^2 */
+            const kl_lane c3 = (p3 - p0) + KL_R(3) * (p1 - p2); /* six times that of t^3 */
+            const kl_lane half_c3 = KL_R(0.5) * c3;
+            const kl_lane value = (p1 + KL_R(1.0 / 6.0) * c2) +
+                                  t * (c1 + t * (KL_R(0.5) * c2 + t * (KL_R(1.0 / 6.0) * c3)));
+            kl_lane_store(&point->value.lateral_m + c, g, inside * value);
+            kl_lane_store(&point->slope.lateral_m + c, g, by * (c1 + t * (c2 + t * half_c3)));
+            kl_lane_store(&point->second.lateral_m + c, g, by2 * (c2 + t * c3));
+        }
+    }
+}
+
+static inline void kl_track_read(const struct kl_track *restrict track, kl_real s,
+                                 struct kl_track_point *restrict point) {
+    kl_layout_read(track, s, point);
+    if (track->irregularity != NULL) {
+        kl_irregularity_read(track, s, point);
+    } else {
+        const struct kl_irregularity_row zero = {0};
+        point->value = zero;
+        point->slope = zero;
+        point->second = zero;
+    }
+}
+
+#endif
