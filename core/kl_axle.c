@@ -150,23 +150,10 @@ void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restric
 
 /* ---- forces ---- */
 
-/* What the contacts of an axle are before the normal forces are known. */
-struct contacts {
-    int constant;    /* coefficients do not grow with the normal force */
-    kl_both linear1; /* linear creep forces, per N^(2/3) */
-    kl_both linear2;
-    kl_both linear3;    /* of spin, per N */
-    kl_real limit_more; /* see kl_no_limit */
-    kl_both normal;     /* N = max(normal + own T2 + other T2 of the other side, 0) */
-    kl_both own;
-    kl_both other;
-    kl_both used; /* the N that the creep forces stand for, and its N^(-1/3) */
-    kl_both inv_cbrt;
-};
-
 static void find_creepages(const struct kl_wheelset *restrict wheelset,
                            const struct kl_axle *restrict axle,
-                           struct kl_axle_forces *restrict forces, struct contacts *contacts) {
+                           struct kl_axle_forces *restrict forces) {
+    struct kl_contacts *contacts = &forces->contacts;
     const struct kl_creep_def *law = &wheelset->creep;
     const int constant = law->f11_N > KL_R(0);
     const kl_real v = forces->speed_m_s;
@@ -198,21 +185,15 @@ static void find_creepages(const struct kl_wheelset *restrict wheelset,
     }
 }
 
-/* What acts on the axle besides the contact, the inertia that is known already taken off. */
-struct load {
-    kl_real lateral;
-    kl_real down;
-    kl_real roll;
-    kl_real free_y; /* along the path that the tables prescribe */
-};
-
 /*
  * Vertical and roll equilibrium: N_r c_r + N_l c_l = P, N_r A_r - N_l A_l = R with A = arm cos - r
  * sin. P and R hold the inertia of y'', and y'' and both hold T2; so N is linear in the two T2.
  */
 static void prepare_normals(const struct kl_wheelset *restrict wheelset,
-                            const struct kl_axle *restrict axle, const struct load *load,
-                            struct kl_axle_forces *restrict forces, struct contacts *contacts) {
+                            const struct kl_axle *restrict axle,
+                            struct kl_axle_forces *restrict forces) {
+    struct kl_contacts *contacts = &forces->contacts;
+    const struct kl_load *load = &forces->load;
     const kl_real z_part = (wheelset->mass_kg * axle->z_y) * forces->inv_mass_1_kg;
     const kl_real roll_part = (wheelset->inertia_roll_kgm2 * axle->phi_y) * forces->inv_mass_1_kg;
     const kl_real down = load->down - z_part * load->free_y;
@@ -255,8 +236,8 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
 
 /* One pass: creep forces of the normal forces, then normal forces of the creep forces. A wheel that
  * would have to be pulled down carries nothing. */
-static inline void balance(struct contacts *restrict contacts,
-                           struct kl_axle_forces *restrict forces, int rounds) {
+static inline void find_creep(struct kl_axle_forces *forces, int rounds) {
+    struct kl_contacts *contacts = &forces->contacts;
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(forces->normal, g);
         const kl_lane y = kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), rounds);
@@ -275,8 +256,8 @@ static inline void balance(struct contacts *restrict contacts,
     }
 }
 
-static inline void find_normals(const struct contacts *restrict contacts,
-                                struct kl_axle_forces *restrict forces) {
+static inline void find_normals(struct kl_axle_forces *forces) {
+    const struct kl_contacts *contacts = &forces->contacts;
     KL_EACH_LANE(g) {
         const kl_lane free =
             KL_LANE(contacts->normal, g) + KL_LANE(contacts->own, g) * KL_LANE(forces->t2, g);
@@ -288,8 +269,8 @@ static inline void find_normals(const struct contacts *restrict contacts,
 /* Coefficients for the normal force that the creep forces were found with, and the spin moment. */
 static void find_moments(const struct kl_wheelset *restrict wheelset,
                          const struct kl_axle *restrict axle,
-                         const struct contacts *restrict contacts,
                          struct kl_axle_forces *restrict forces) {
+    const struct kl_contacts *contacts = &forces->contacts;
     const struct kl_creep_def *law = &wheelset->creep;
     const int constant = law->f11_N > KL_R(0);
     KL_EACH_LANE(g) {
@@ -309,36 +290,42 @@ static void find_moments(const struct kl_wheelset *restrict wheelset,
     }
 }
 
-void kl_axle_forces(const struct kl_wheelset *restrict wheelset,
-                    const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
+void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
+                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
     const struct kl_track_point *track = &axle->track;
+    struct kl_load *load = &forces->load;
     const kl_real m = wheelset->mass_kg;
     const kl_real i_x = wheelset->inertia_roll_kgm2;
     const kl_real v = forces->speed_m_s;
     const kl_real gyro = wheelset->inertia_spin_kgm2 * axle->spin;
     const kl_real aside = track->curvature_1_m * (v * v) -
                           forces->gravity_m_s2 * (track->cant_rad + track->value.cross_rad);
-    struct load load;
-    load.lateral = forces->suspension[0] - m * aside;
-    load.down = (forces->suspension[1] + m * forces->gravity_m_s2) - m * axle->z_rest;
-    load.roll = (forces->suspension[2] - gyro * axle->yaw_abs_rate) - i_x * axle->roll_rest;
-    load.free_y = load.lateral + (axle->z_y * load.down + axle->phi_y * load.roll);
-    forces->inv_creep_speed_s_m = KL_R(1) / kl_max_real(v, KL_R(KL_MIN_CREEP_SPEED_M_S));
+    load->lateral = forces->suspension[0] - m * aside;
+    load->down = (forces->suspension[1] + m * forces->gravity_m_s2) - m * axle->z_rest;
+    load->roll = (forces->suspension[2] - gyro * axle->yaw_abs_rate) - i_x * axle->roll_rest;
+    load->free_y = load->lateral + (axle->z_y * load->down + axle->phi_y * load->roll);
     forces->inv_mass_1_kg =
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
+    find_creepages(wheelset, axle, forces);
+    prepare_normals(wheelset, axle, forces);
+}
 
-    struct contacts contacts;
-    find_creepages(wheelset, axle, forces, &contacts);
-    prepare_normals(wheelset, axle, &load, forces, &contacts);
-    balance(&contacts, forces, ESTIMATE_ROUNDS);
-    find_normals(&contacts, forces);
-    balance(&contacts, forces, KL_CBRT_ROUNDS);
-    find_moments(wheelset, axle, &contacts, forces);
-    find_normals(&contacts, forces);
+void kl_axle_balance(struct kl_axle_forces *forces) {
+    find_creep(forces, ESTIMATE_ROUNDS);
+    find_normals(forces);
+    find_creep(forces, KL_CBRT_ROUNDS);
+    find_normals(forces);
+}
 
+void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
+                        const struct kl_axle *restrict axle,
+                        struct kl_axle_forces *restrict forces) {
+    const kl_real gyro = wheelset->inertia_spin_kgm2 * axle->spin;
+    const kl_real roll_rate = axle->roll_rate + forces->speed_m_s * axle->track.cant_s_1_m;
     kl_both across;
     kl_both turn;
     kl_both drive;
+    find_moments(wheelset, axle, forces);
     KL_EACH_LANE(g) {
         const kl_lane t1 = KL_LANE(forces->t1, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
@@ -347,10 +334,9 @@ void kl_axle_forces(const struct kl_wheelset *restrict wheelset,
                            sign * (KL_LANE(axle->arm, g) * t1);
         KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1;
     }
-    forces->y_acc = (load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
-    forces->yaw_acc = ((forces->suspension[3] + gyro * (axle->roll_rate + v * track->cant_s_1_m)) +
-                       KL_SUM(turn)) /
-                      wheelset->inertia_yaw_kgm2;
+    forces->y_acc = (forces->load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
+    forces->yaw_acc =
+        ((forces->suspension[3] + gyro * roll_rate) + KL_SUM(turn)) / wheelset->inertia_yaw_kgm2;
     forces->spin_acc = (forces->torque_Nm - KL_SUM(drive)) / wheelset->inertia_spin_kgm2;
 }
 

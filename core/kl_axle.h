@@ -53,6 +53,28 @@ struct kl_axle {
     uint32_t faults;
 };
 
+/* What the contacts of an axle are before the normal forces are known. */
+struct kl_contacts {
+    int constant;    /* coefficients do not grow with the normal force */
+    kl_both linear1; /* linear creep forces, per N^(2/3) */
+    kl_both linear2;
+    kl_both linear3;    /* of spin, per N */
+    kl_real limit_more; /* see kl_no_limit */
+    kl_both normal;     /* N = max(normal + own T2 + other T2 of the other side, 0) */
+    kl_both own;
+    kl_both other;
+    kl_both used; /* the N that the creep forces stand for, and its N^(-1/3) */
+    kl_both inv_cbrt;
+};
+
+/* What acts on the axle besides the contact, the inertia that is known already taken off. */
+struct kl_load {
+    kl_real lateral;
+    kl_real down;
+    kl_real roll;
+    kl_real free_y; /* along the path that the tables prescribe */
+};
+
 /* What acts on it, and what comes of it. */
 struct kl_axle_forces {
     kl_real suspension[4]; /* y, z, roll, yaw: static and dynamic */
@@ -61,6 +83,9 @@ struct kl_axle_forces {
     kl_real inv_creep_speed_s_m;
     kl_real gravity_m_s2;
     kl_both friction;
+    /* on the way */
+    struct kl_load load;
+    struct kl_contacts contacts;
     /* results */
     kl_both normal;
     kl_both gamma1;
@@ -85,9 +110,17 @@ struct kl_axle_forces {
 void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restrict x,
                      kl_real speed_m_s, kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
 
-/* Contact forces and accelerations. */
-void kl_axle_forces(const struct kl_wheelset *restrict wheelset,
-                    const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
+/*
+ * Contact forces and accelerations, in three parts: what is known before the normal forces; the
+ * normal forces, a long chain of operations that wait for each other; and what follows from them.
+ * Each part is done for all axles before the next, so that the chains of several axles overlap.
+ */
+void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
+                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
+void kl_axle_balance(struct kl_axle_forces *forces);
+void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
+                        const struct kl_axle *restrict axle,
+                        struct kl_axle_forces *restrict forces);
 
 /* The diagonal creep damping of the three rates, 1/s, >= 0: secants of the saturated law. */
 void kl_axle_damping(const struct kl_wheelset *restrict wheelset,

@@ -188,27 +188,40 @@ static void move_bodies(const struct kl_model *model, const struct kl_stage *sta
     }
 }
 
-static void move_wheelsets(const struct kl_model *model, const struct kl_stage *stage,
+static void load_wheelsets(const struct kl_model *model, const struct kl_stage *stage,
                            const struct kl_input *input, const kl_real *force,
-                           struct kl_evaluation *e, kl_real *rate) {
-    rate += model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
+                           struct kl_evaluation *e) {
+    const kl_real v = stage->speed_m_s;
+    const kl_real inv_creep_speed = KL_R(1) / kl_max_real(v, KL_R(KL_MIN_CREEP_SPEED_M_S));
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
-        const struct kl_axle *axle = &e->axle[w];
         struct kl_axle_forces *f = &e->forces[w];
         const kl_real *acting = &force[kl_wheelset_coordinate(model->n_bodies, w)];
         for (int k = 0; k < 4; k++) {
             f->suspension[k] = acting[k] + wheelset->preload[k];
         }
         f->torque_Nm = input->axle_torque_Nm[w];
-        f->speed_m_s = stage->speed_m_s;
+        f->speed_m_s = v;
+        f->inv_creep_speed_s_m = inv_creep_speed;
         f->gravity_m_s2 = model->gravity_m_s2;
         KL_EACH_LANE(g) {
             KL_LANE(f->friction, g) =
-                wheelset->creep.friction * kl_lane_of(input->friction_factor[w][KL_RIGHT],
-                                                      input->friction_factor[w][KL_LEFT], g);
+                wheelset->creep.friction * kl_lane_load(input->friction_factor[w], g);
         }
-        kl_axle_forces(wheelset, axle, f);
+        kl_axle_prepare(wheelset, &e->axle[w], f);
+    }
+}
+
+static void move_wheelsets(const struct kl_model *model, const struct kl_stage *stage,
+                           struct kl_evaluation *e, kl_real *rate) {
+    rate += model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        kl_axle_balance(&e->forces[w]);
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const struct kl_axle *axle = &e->axle[w];
+        struct kl_axle_forces *f = &e->forces[w];
+        kl_axle_accelerate(&model->wheelsets[w], axle, f);
         rate[KL_WS_Y] = axle->y_rate;
         rate[KL_WS_YAW] = axle->yaw_abs_rate - stage->speed_m_s * axle->track.curvature_1_m;
         rate[KL_WS_Y_RATE] = f->y_acc;
@@ -231,8 +244,9 @@ void kl_evaluate(const struct kl_model *model, const kl_real *restrict x,
     place_bodies(model, x, stage, e, &motions);
     place_wheelsets(model, x_wheelsets, stage, e, &motions);
     suspension_forces(&model->suspension, &motions, force);
+    load_wheelsets(model, stage, input, force, e);
     move_bodies(model, stage, input, force, e, rate);
-    move_wheelsets(model, stage, input, force, e, rate);
+    move_wheelsets(model, stage, e, rate);
 }
 
 kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
