@@ -91,6 +91,24 @@ static struct offsets offsets_at(const struct kl_track_point *here,
     return o;
 }
 
+/* The track under everything, first of all: reading it is one long chain per place. */
+static void read_track(const struct kl_model *model, const struct kl_stage *stage,
+                       struct kl_evaluation *e) {
+    const struct kl_track *track = &model->track;
+    kl_layout_read(track, stage->s_m, &e->reference);
+    for (uint32_t b = 0; b < model->n_bodies; b++) {
+        const kl_real x = model->bodies[b].x_m;
+        e->at_body[b] = &e->reference;
+        if (x != KL_R(0)) {
+            kl_layout_read(track, stage->s_m + x, &e->own[b]);
+            e->at_body[b] = &e->own[b];
+        }
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        kl_track_read(track, stage->s_m + model->wheelsets[w].x_m, &e->axle[w].track);
+    }
+}
+
 static void place_bodies(const struct kl_model *model, const kl_real *x,
                          const struct kl_stage *stage, struct kl_evaluation *e,
                          struct motions *motions) {
@@ -100,11 +118,6 @@ static void place_bodies(const struct kl_model *model, const kl_real *x,
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         const struct kl_body_motion *m = &e->body[b];
-        e->at_body[b] = &e->reference;
-        if (body->x_m != KL_R(0)) {
-            kl_layout_read(&model->track, stage->s_m + body->x_m, &e->own[b]);
-            e->at_body[b] = &e->own[b];
-        }
         x = kl_unpack_body(body, x, e->at_body[b], v, &e->body[b]);
         const struct offsets o = offsets_at(e->at_body[b], &e->reference, body->x_m, body->z_m, v);
         kl_both *qb = &motions->q[kl_body_coordinate(b)];
@@ -124,7 +137,6 @@ static void place_wheelsets(const struct kl_model *model, const kl_real *x,
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_pair *pair = &model->pairs[wheelset->pair];
         struct kl_axle *axle = &e->axle[w];
-        kl_track_read(&model->track, stage->s_m + wheelset->x_m, &axle->track);
         kl_axle_posture(pair, x, v, stage->speed_rate_m_s2, axle);
         x += KL_WHEELSET_STATES;
         e->faults |= axle->faults;
@@ -240,7 +252,7 @@ void kl_evaluate(const struct kl_model *model, const kl_real *restrict x,
     kl_real force[KL_MAX_COORDINATES];
     const kl_real *x_wheelsets = x + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets);
     e->faults = 0;
-    kl_layout_read(&model->track, stage->s_m, &e->reference);
+    read_track(model, stage, e);
     place_bodies(model, x, stage, e, &motions);
     place_wheelsets(model, x_wheelsets, stage, e, &motions);
     suspension_forces(&model->suspension, &motions, force);
@@ -256,7 +268,7 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
     const kl_real *x = state->x;
     e.faults = 0;
-    kl_layout_read(&model->track, stage.s_m, &e.reference);
+    read_track(model, &stage, &e);
     place_bodies(model, x, &stage, &e, &motions);
     place_wheelsets(model, x + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets), &stage,
                     &e, &motions);
