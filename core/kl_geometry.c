@@ -156,30 +156,37 @@ static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl
 }
 
 /* Halves an interval in which the contact point moves far, to tell a jump from a fast slide. */
+/* One place between two rows while a jump is closed in on. */
+static enum kl_status contact_at(const struct kl_tangency *t, enum kl_side s, double w,
+                                 struct kl_touch *touch, double *eta, struct kl_diag *diag) {
+    const enum kl_status status = kl_tangency_solve(t, s == KL_RIGHT ? w : -w, touch, diag);
+    *eta = touch->eta_wheel_m[s];
+    return status;
+}
+
+/* Halves an interval in which the contact point moves far, to tell a jump from a fast slide.
+ * `touch` holds a roll to begin with. */
 static enum kl_status locate_jump(const struct kl_tangency *t, enum kl_side s, double w_low,
-                                  double w_high, struct kl_jump *jump, int *is_jump) {
+                                  double w_high, struct kl_touch *touch, struct kl_jump *jump,
+                                  struct kl_diag *diag) {
     double eta_low = 0.0;
     double eta_high = 0.0;
-    struct kl_touch touch = {.phi_rad = 0.0};
-    const double sign = s == KL_RIGHT ? 1.0 : -1.0;
-    enum kl_status status = kl_tangency_solve(t, sign * w_low, &touch, NULL);
-    eta_low = touch.eta_wheel_m[s];
+    enum kl_status status = contact_at(t, s, w_low, touch, &eta_low, diag);
     if (status == KL_OK) {
-        status = kl_tangency_solve(t, sign * w_high, &touch, NULL);
-        eta_high = touch.eta_wheel_m[s];
+        status = contact_at(t, s, w_high, touch, &eta_high, diag);
     }
     for (int i = 0; i < 12 && status == KL_OK && w_high - w_low > JUMP_WIDTH_M; i++) {
         const double middle = 0.5 * (w_low + w_high);
-        status = kl_tangency_solve(t, sign * middle, &touch, NULL);
-        if (kl_abs(touch.eta_wheel_m[s] - eta_low) < kl_abs(touch.eta_wheel_m[s] - eta_high)) {
+        double eta = 0.0;
+        status = contact_at(t, s, middle, touch, &eta, diag);
+        if (kl_abs(eta - eta_low) < kl_abs(eta - eta_high)) {
             w_low = middle;
-            eta_low = touch.eta_wheel_m[s];
+            eta_low = eta;
         } else {
             w_high = middle;
-            eta_high = touch.eta_wheel_m[s];
+            eta_high = eta;
         }
     }
-    *is_jump = status == KL_OK && kl_abs(eta_high - eta_low) > 0.2 * JUMP_THRESHOLD_M;
     jump->w_m = 0.5 * (w_low + w_high);
     jump->eta_before_m = eta_low;
     jump->eta_after_m = eta_high;
@@ -188,21 +195,24 @@ static enum kl_status locate_jump(const struct kl_tangency *t, enum kl_side s, d
 
 static enum kl_status find_jumps(const struct kl_pair_def *def, const struct kl_tangency *t,
                                  const struct tables *tables, enum kl_side s,
-                                 struct kl_side_table *table) {
+                                 struct kl_side_table *table, struct kl_diag *diag) {
+    const double base = t->side[KL_RIGHT].half_base_m + t->side[KL_LEFT].half_base_m;
+    const enum kl_side other = s == KL_RIGHT ? KL_LEFT : KL_RIGHT;
     for (uint32_t i = 0; i < 2u * tables->half; i++) {
-        const double here = (double)tables->rows[s][i].eta_wheel_m;
-        const double next = (double)tables->rows[s][i + 1u].eta_wheel_m;
-        if (kl_abs(next - here) < JUMP_THRESHOLD_M) {
+        const struct kl_row *here = &tables->rows[s][i];
+        const struct kl_row *across = &tables->rows[other][2u * tables->half - i];
+        if (kl_abs((double)(here[1].eta_wheel_m - here[0].eta_wheel_m)) < JUMP_THRESHOLD_M) {
             continue;
         }
         const double w = def->step_m * ((double)i - (double)tables->half);
+        const double roll = (double)(here->height_m - across->height_m) / base;
+        struct kl_touch touch = {.phi_rad = s == KL_RIGHT ? roll : -roll};
         struct kl_jump jump;
-        int is_jump = 0;
-        const enum kl_status status = locate_jump(t, s, w, w + def->step_m, &jump, &is_jump);
+        const enum kl_status status = locate_jump(t, s, w, w + def->step_m, &touch, &jump, diag);
         if (status != KL_OK) {
             return status;
         }
-        if (is_jump) {
+        if (kl_abs(jump.eta_after_m - jump.eta_before_m) > 0.2 * JUMP_THRESHOLD_M) {
             if (table->n_jumps < KL_MAX_JUMPS) {
                 table->jumps[table->n_jumps] = jump;
             }
@@ -228,7 +238,7 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
                 pair->side[KL_LEFT].jumps[i] = pair->side[KL_RIGHT].jumps[i];
             }
         } else {
-            status = find_jumps(def, &t, tables, (enum kl_side)s, &pair->side[s]);
+            status = find_jumps(def, &t, tables, (enum kl_side)s, &pair->side[s], diag);
         }
     }
     arena->used = mark;
@@ -293,10 +303,24 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
 
 /* ---- single postures ---- */
 
+/* In steps from the centre, each begun with the roll of the one before: in flange contact a level
+ * axle is no guess. */
+static enum kl_status solve_from_centre(const struct kl_tangency *t, double u_y_m,
+                                        struct kl_touch *touch, struct kl_diag *diag) {
+    const double longest = 5e-4;
+    const uint32_t steps = (uint32_t)(kl_abs(u_y_m) / longest) + 1u;
+    enum kl_status status = KL_OK;
+    for (uint32_t i = 1; i <= steps && status == KL_OK; i++) {
+        const double u = i == steps ? u_y_m : u_y_m * (double)i / (double)steps;
+        status = kl_tangency_solve(t, u, touch, diag);
+    }
+    return status;
+}
+
 enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, double u_y_m,
                              struct kl_posture *posture, struct kl_diag *diag) {
-    if (def == NULL || scratch == NULL || posture == NULL || !(kl_abs(u_y_m) <= 1.0)) {
-        return kl_report(diag, KL_ERR_ARGUMENT, "kl_pair_solve: NULL or u_y not within 1 m", -1,
+    if (def == NULL || scratch == NULL || posture == NULL || !(kl_abs(u_y_m) <= 0.1)) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "kl_pair_solve: NULL or u_y not within 0.1 m", -1,
                          u_y_m);
     }
     const struct kl_posture blank = {0};
@@ -312,7 +336,7 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
     struct kl_touch touch = {.phi_rad = 0.0};
     enum kl_status status = kl_tangency_build(def, scratch, &t, diag);
     if (status == KL_OK) {
-        status = kl_tangency_solve(&t, u_y_m, &touch, diag);
+        status = solve_from_centre(&t, u_y_m, &touch, diag);
     }
     if (status == KL_OK) {
         const double l_r = t.side[KL_RIGHT].half_base_m;

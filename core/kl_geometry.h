@@ -161,7 +161,7 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
                              struct kl_pair *pair, struct kl_diag *diag);
 
 /*
- * Solves the geometry afresh at one u_y (|u_y| <= range): the full solution at table-builder
+ * Solves the geometry afresh at one u_y (|u_y| <= 0.1 m): the full solution at table-builder
  * accuracy. `scratch` holds the prepared profiles while it works. Bound: as one row of the table.
  */
 enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, double u_y_m,

@@ -311,13 +311,41 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     return h;
 }
 
+/* What the hash itself and the step rely on without asking. */
+static int has_sound_tables(const struct kl_model *m) {
+    if (m->wheelsets == NULL || m->pairs == NULL || (m->n_bodies != 0 && m->bodies == NULL) ||
+        m->suspension.row_start == NULL || m->suspension.column == NULL ||
+        m->suspension.spring == NULL || m->track.piece == NULL || m->track.bin == NULL) {
+        return 0;
+    }
+    if (m->n_pairs == 0 || m->n_pairs > KL_MAX_PAIRS || m->track.n_pieces == 0 ||
+        m->track.n_bins == 0 || m->track.n_bins > KL_TRACK_MAX_BINS ||
+        m->suspension.n_coordinates != KL_COORDINATES(m->n_bodies, m->n_wheelsets) ||
+        m->suspension.n_entries > m->suspension.n_coordinates * m->suspension.n_coordinates) {
+        return 0;
+    }
+    for (uint32_t i = 0; i < m->n_pairs; i++) {
+        const struct kl_pair *p = &m->pairs[i];
+        if (p->half < 4u || p->half > KL_TABLE_MAX_HALF || p->side[KL_RIGHT].rows == NULL ||
+            p->side[KL_LEFT].rows == NULL) {
+            return 0;
+        }
+    }
+    for (uint32_t i = 0; i < m->n_wheelsets; i++) {
+        if (m->wheelsets[i].pair >= m->n_pairs) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 enum kl_status kl_model_check(const struct kl_model *model) {
     if (model == NULL) {
         return KL_ERR_ARGUMENT;
     }
     if (model->version != KL_MODEL_VERSION || model->real_bytes != sizeof(kl_real) ||
         model->n_bodies > KL_MAX_BODIES || model->n_wheelsets > KL_MAX_WHEELSETS ||
-        model->n_wheelsets == 0 || model->n_states > KL_MAX_STATES) {
+        model->n_wheelsets == 0 || model->n_states > KL_MAX_STATES || !has_sound_tables(model)) {
         return KL_ERR_VALUE;
     }
     return model->hash == kl_model_hash(model) ? KL_OK : KL_ERR_VALUE;

@@ -40,7 +40,7 @@ S1002 = [
     (-38.426669071, -39.764473993, lambda s: -93.576667419 - 2.747477419 * s),
     (-39.764473993, -49.662510381, lambda s: 8.834924130 + math.sqrt(20.0**2 - (s + 58.558326413)**2)),
 ]
-S1002_END = -44.0  # on the arc behind the flange face; nothing beyond it can touch a rail head first
+S1002_END = -49.662510381  # end of the flange arc: beyond it the contact would be on the tip
 
 # ---- UIC60: arcs (radius, centre y, centre height below the top, from y, to y), one half ----
 
