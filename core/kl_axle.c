@@ -291,7 +291,8 @@ static void find_moments(const struct kl_wheelset *restrict wheelset,
 }
 
 void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
-                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
+                     const struct kl_axle *restrict axle, const kl_real suspension[restrict 4],
+                     struct kl_axle_forces *restrict forces) {
     const struct kl_track_point *track = &axle->track;
     struct kl_load *load = &forces->load;
     const kl_real m = wheelset->mass_kg;
@@ -300,9 +301,13 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
     const kl_real gyro = wheelset->inertia_spin_kgm2 * axle->spin;
     const kl_real aside = track->curvature_1_m * (v * v) -
                           forces->gravity_m_s2 * (track->cant_rad + track->value.cross_rad);
-    load->lateral = forces->suspension[0] - m * aside;
-    load->down = (forces->suspension[1] + m * forces->gravity_m_s2) - m * axle->z_rest;
-    load->roll = (forces->suspension[2] - gyro * axle->yaw_abs_rate) - i_x * axle->roll_rest;
+    load->lateral = (suspension[0] + wheelset->preload[0]) - m * aside;
+    load->down =
+        (suspension[1] + wheelset->preload[1] + m * forces->gravity_m_s2) - m * axle->z_rest;
+    load->roll =
+        (suspension[2] + wheelset->preload[2] - gyro * axle->yaw_abs_rate) - i_x * axle->roll_rest;
+    load->yaw =
+        (suspension[3] + wheelset->preload[3]) + gyro * (axle->roll_rate + v * track->cant_s_1_m);
     load->free_y = load->lateral + (axle->z_y * load->down + axle->phi_y * load->roll);
     forces->inv_mass_1_kg =
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
@@ -320,8 +325,6 @@ void kl_axle_balance(struct kl_axle_forces *forces) {
 void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
                         const struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces) {
-    const kl_real gyro = wheelset->inertia_spin_kgm2 * axle->spin;
-    const kl_real roll_rate = axle->roll_rate + forces->speed_m_s * axle->track.cant_s_1_m;
     kl_both across;
     kl_both turn;
     kl_both drive;
@@ -335,14 +338,14 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
         KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1;
     }
     forces->y_acc = (forces->load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
-    forces->yaw_acc =
-        ((forces->suspension[3] + gyro * roll_rate) + KL_SUM(turn)) / wheelset->inertia_yaw_kgm2;
+    forces->yaw_acc = (forces->load.yaw + KL_SUM(turn)) / wheelset->inertia_yaw_kgm2;
     forces->spin_acc = (forces->torque_Nm - KL_SUM(drive)) / wheelset->inertia_spin_kgm2;
 }
 
-void kl_axle_damping(const struct kl_wheelset *restrict wheelset,
-                     const struct kl_axle *restrict axle,
-                     const struct kl_axle_forces *restrict forces, kl_real damping[3]) {
+void kl_axle_implicit(const struct kl_wheelset *restrict wheelset,
+                      const struct kl_axle *restrict axle,
+                      const struct kl_axle_forces *restrict forces, kl_real by_s,
+                      struct kl_implicit *restrict implicit) {
     kl_both along;
     kl_both yaw;
     kl_both spin;
@@ -356,9 +359,12 @@ void kl_axle_damping(const struct kl_wheelset *restrict wheelset,
         KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(forces->f33_Nm2, g));
         KL_LANE(spin, g) = by * f11 * (r * r);
     }
-    damping[0] = KL_SUM(along) * forces->inv_mass_1_kg;
-    damping[1] = KL_SUM(yaw) / wheelset->inertia_yaw_kgm2;
-    damping[2] = KL_SUM(spin) / wheelset->inertia_spin_kgm2;
+    const kl_both damping = {KL_SUM(along) * forces->inv_mass_1_kg,
+                             KL_SUM(yaw) / wheelset->inertia_yaw_kgm2};
+    KL_EACH_LANE(g) {
+        KL_LANE(implicit->y_and_yaw, g) = KL_R(1) / (KL_R(1) + KL_LANE(damping, g) * by_s);
+    }
+    implicit->spin = KL_R(1) / (KL_R(1) + KL_SUM(spin) / wheelset->inertia_spin_kgm2 * by_s);
 }
 
 /* ---- outputs ---- */

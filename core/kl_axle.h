@@ -32,17 +32,17 @@ struct kl_axle {
     kl_both sin_delta;
     kl_both cos_delta;
     kl_both inv_cos;
-    kl_both f11;          /* per N^(2/3) */
-    kl_both f22;          /* per N^(2/3) */
-    kl_both f23;          /* per N */
-    kl_both f33;          /* per N^(4/3) */
-    kl_real y_abs_rate;   /* lateral velocity of the centre, the frame's rolling included */
-    kl_real yaw;          /* state */
-    kl_real yaw_abs_rate; /* state */
-    kl_real spin;         /* state */
-    kl_real y;            /* state */
-    kl_real y_rate;       /* dy/dt relative to the track */
-    kl_real z;            /* relative to the smooth track, positive down */
+    kl_both f11; /* per N^(2/3) */
+    kl_both f22; /* per N^(2/3) */
+    kl_both f23; /* per N */
+    kl_both f33; /* per N^(4/3) */
+    kl_real y;   /* the five states, in their order */
+    kl_real yaw;
+    kl_real y_abs_rate; /* lateral velocity of the centre, the frame's rolling included */
+    kl_real yaw_abs_rate;
+    kl_real spin;
+    kl_real y_rate; /* dy/dt relative to the track */
+    kl_real z;      /* relative to the smooth track, positive down */
     kl_real z_rate;
     kl_real roll; /* relative to the smooth, canted track */
     kl_real roll_rate;
@@ -72,12 +72,12 @@ struct kl_load {
     kl_real lateral;
     kl_real down;
     kl_real roll;
+    kl_real yaw;
     kl_real free_y; /* along the path that the tables prescribe */
 };
 
 /* What acts on it, and what comes of it. */
 struct kl_axle_forces {
-    kl_real suspension[4]; /* y, z, roll, yaw: static and dynamic */
     kl_real torque_Nm;
     kl_real speed_m_s;
     kl_real inv_creep_speed_s_m;
@@ -111,21 +111,29 @@ void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restric
                      kl_real speed_m_s, kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
 
 /*
- * Contact forces and accelerations, in three parts: what is known before the normal forces; the
- * normal forces, a long chain of operations that wait for each other; and what follows from them.
- * Each part is done for all axles before the next, so that the chains of several axles overlap.
+ * Contact forces and accelerations from the suspension's y, z, roll and yaw, in three parts: what
+ * is known before the normal forces; the normal forces, a long chain of operations that wait for
+ * each other; and what follows from them. Each part is done for all axles before the next, so that
+ * the chains of several axles overlap.
  */
 void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
-                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
+                     const struct kl_axle *restrict axle, const kl_real suspension[restrict 4],
+                     struct kl_axle_forces *restrict forces);
 void kl_axle_balance(struct kl_axle_forces *forces);
 void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
                         const struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces);
 
-/* The diagonal creep damping of the three rates, 1/s, >= 0: secants of the saturated law. */
-void kl_axle_damping(const struct kl_wheelset *restrict wheelset,
-                     const struct kl_axle *restrict axle,
-                     const struct kl_axle_forces *restrict forces, kl_real damping[3]);
+/* The implicit part of a stage: 1/(1 + by damping) of the three rates, where damping (1/s, >= 0) is
+ * the diagonal creep damping, a secant of the saturated law. */
+struct kl_implicit {
+    kl_both y_and_yaw;
+    kl_real spin;
+};
+void kl_axle_implicit(const struct kl_wheelset *restrict wheelset,
+                      const struct kl_axle *restrict axle,
+                      const struct kl_axle_forces *restrict forces, kl_real by_s,
+                      struct kl_implicit *restrict implicit);
 
 /* Fills the outputs that belong to the wheels and the wheelset. */
 void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,

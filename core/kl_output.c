@@ -23,8 +23,8 @@ void kl_write_output(const struct kl_model *model, const struct kl_state *state,
         x = kl_unpack_body(body, x, here, v, &motion);
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
             const int has = (body->freedoms & KL_HAS(f)) != 0;
-            o->position[f] = motion.position[f];
-            o->rate[f] = motion.rate[f];
+            o->position[f] = motion.x[f];
+            o->rate[f] = motion.x[KL_RATE + f];
             o->acceleration[f] = has ? e->body_acceleration[b][f] : KL_R(0);
         }
         /* relative to the track */

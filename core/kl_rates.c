@@ -12,9 +12,10 @@ const kl_real *kl_unpack_body(const struct kl_body *body, const kl_real *x,
                               const struct kl_track_point *here, kl_real v,
                               struct kl_body_motion *motion) {
     if (body->freedoms == ALL_FREEDOMS) {
-        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            motion->position[f] = x[f];
-            motion->rate[f] = x[KL_FREEDOMS + f];
+        for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += KL_SIDES) {
+            KL_EACH_LANE(g) {
+                kl_lane_store(&motion->x[i], g, kl_lane_load(&x[i], g));
+            }
         }
         return x + 2u * KL_FREEDOMS;
     }
@@ -25,8 +26,8 @@ const kl_real *kl_unpack_body(const struct kl_body *body, const kl_real *x,
     uint32_t i = 0;
     for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
         const int has = (body->freedoms & KL_HAS(f)) != 0;
-        motion->position[f] = has ? x[i] : KL_R(0);
-        motion->rate[f] = has ? x[n + i] : follow[f];
+        motion->x[f] = has ? x[i] : KL_R(0);
+        motion->x[KL_RATE + f] = has ? x[n + i] : follow[f];
         i += has ? 1u : 0u;
     }
     return x + 2u * n;
@@ -121,11 +122,11 @@ static void place_bodies(const struct kl_model *model, const kl_real *x,
         x = kl_unpack_body(body, x, e->at_body[b], v, &e->body[b]);
         const struct offsets o = offsets_at(e->at_body[b], &e->reference, body->x_m, body->z_m, v);
         kl_both *qb = &motions->q[kl_body_coordinate(b)];
-        set_motion(&qb[KL_Y], m->position[KL_Y] + o.y, m->rate[KL_Y] + o.y_rate);
-        set_motion(&qb[KL_Z], m->position[KL_Z], m->rate[KL_Z]);
-        set_motion(&qb[KL_ROLL], m->position[KL_ROLL] + o.roll, m->rate[KL_ROLL] - roll_rate);
-        set_motion(&qb[KL_PITCH], m->position[KL_PITCH], m->rate[KL_PITCH]);
-        set_motion(&qb[KL_YAW], m->position[KL_YAW] + o.yaw, m->rate[KL_YAW] - yaw_rate);
+        set_motion(&qb[KL_Y], m->x[KL_Y] + o.y, m->x[KL_RATE + KL_Y] + o.y_rate);
+        set_motion(&qb[KL_Z], m->x[KL_Z], m->x[KL_RATE + KL_Z]);
+        set_motion(&qb[KL_ROLL], m->x[KL_ROLL] + o.roll, m->x[KL_RATE + KL_ROLL] - roll_rate);
+        set_motion(&qb[KL_PITCH], m->x[KL_PITCH], m->x[KL_RATE + KL_PITCH]);
+        set_motion(&qb[KL_YAW], m->x[KL_YAW] + o.yaw, m->x[KL_RATE + KL_YAW] - yaw_rate);
     }
 }
 
@@ -181,7 +182,7 @@ static void move_bodies(const struct kl_model *model, const struct kl_stage *sta
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         const struct kl_track_point *here = e->at_body[b];
-        const kl_real *moving = e->body[b].rate;
+        const kl_real *moving = &e->body[b].x[KL_RATE];
         const kl_real *acting = &force[kl_body_coordinate(b)];
         kl_real *a = e->body_acceleration[b];
         a[KL_Y] = (acting[KL_Y] + input->side_force_N[b]) / body->mass_kg;
@@ -209,9 +210,6 @@ static void load_wheelsets(const struct kl_model *model, const struct kl_stage *
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         struct kl_axle_forces *f = &e->forces[w];
         const kl_real *acting = &force[kl_wheelset_coordinate(model->n_bodies, w)];
-        for (int k = 0; k < 4; k++) {
-            f->suspension[k] = acting[k] + wheelset->preload[k];
-        }
         f->torque_Nm = input->axle_torque_Nm[w];
         f->speed_m_s = v;
         f->inv_creep_speed_s_m = inv_creep_speed;
@@ -220,7 +218,7 @@ static void load_wheelsets(const struct kl_model *model, const struct kl_stage *
             KL_LANE(f->friction, g) =
                 wheelset->creep.friction * kl_lane_load(input->friction_factor[w], g);
         }
-        kl_axle_prepare(wheelset, &e->axle[w], f);
+        kl_axle_prepare(wheelset, &e->axle[w], acting, f);
     }
 }
 
@@ -234,10 +232,11 @@ static void move_wheelsets(const struct kl_model *model, const struct kl_stage *
         const struct kl_axle *axle = &e->axle[w];
         struct kl_axle_forces *f = &e->forces[w];
         kl_axle_accelerate(&model->wheelsets[w], axle, f);
-        rate[KL_WS_Y] = axle->y_rate;
-        rate[KL_WS_YAW] = axle->yaw_abs_rate - stage->speed_m_s * axle->track.curvature_1_m;
-        rate[KL_WS_Y_RATE] = f->y_acc;
-        rate[KL_WS_YAW_RATE] = f->yaw_acc;
+        const kl_real yaw_rate = axle->yaw_abs_rate - stage->speed_m_s * axle->track.curvature_1_m;
+        KL_EACH_LANE(g) {
+            kl_lane_store(&rate[KL_WS_Y], g, kl_lane_of(axle->y_rate, yaw_rate, g));
+            kl_lane_store(&rate[KL_WS_Y_RATE], g, kl_lane_of(f->y_acc, f->yaw_acc, g));
+        }
         rate[KL_WS_SPIN] = f->spin_acc;
         const kl_real least = kl_min_real(f->normal[KL_RIGHT], f->normal[KL_LEFT]);
         e->faults |= least > KL_R(0) ? 0u : (uint32_t)KL_FAULT_WHEEL_LIFT;
@@ -283,7 +282,7 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            const kl_real rate = e.body[b].rate[f];
+            const kl_real rate = e.body[b].x[KL_RATE + f];
             const kl_real inertia =
                 f < (uint32_t)KL_ROLL ? body->mass_kg : body->inertia_kgm2[f - KL_ROLL];
             twice += inertia * (rate * rate);

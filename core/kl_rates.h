@@ -13,11 +13,11 @@ struct kl_stage {
     kl_real speed_rate_m_s2;
 };
 
-/* One body's positions and rates, absent freedoms zero. Rates are the states: y' - z V phi0',
- * absolute roll and yaw. */
+/* One body's positions (0..4) and rates (KL_RATE + 0..4) in a row, as states are; absent freedoms
+ * zero. Rates are the states: y' - z V phi0', absolute roll and yaw. */
+#define KL_RATE KL_FREEDOMS
 struct kl_body_motion {
-    kl_real position[KL_FREEDOMS];
-    kl_real rate[KL_FREEDOMS];
+    kl_real x[2 * KL_FREEDOMS];
 };
 
 /* Everything of one evaluation that the outputs may want. */

@@ -131,75 +131,125 @@ void kl_rates(const struct kl_model *model, const struct kl_state *state,
 
 /* ---- the step ---- */
 
-/* States are taken KL_LANES at a time; where that does not come out even the first ones are taken
- * twice. */
-static uint32_t first_stride(uint32_t n) {
-    return n % KL_LANES != 0u ? n % KL_LANES : KL_LANES;
+/*
+ * States are read and written in the same pairs everywhere: a body's one after the other (there are
+ * always two per freedom), a wheelset's as (y, yaw), (y', yaw'), spin. A pair that is read as it
+ * was written comes straight from the store; one that was written in other parts would have to wait
+ * for the memory, at the end of the longest chain of the step.
+ */
+static void copy_pair(const kl_real *from, kl_real *to) {
+    KL_EACH_LANE(g) {
+        kl_lane_store(to, g, kl_lane_load(from, g));
+    }
 }
 
-/* The implicit part of a stage: each wheelset's three rates divided by 1 + gamma h damping. */
-struct implicit {
-    kl_real scale[KL_MAX_WHEELSETS][3];
-};
+/* to = x + h k */
+static void advance_pair(const kl_real *x, const kl_real *k, kl_real h, kl_real *to) {
+    KL_EACH_LANE(g) {
+        kl_lane_store(to, g, kl_lane_load(x, g) + kl_lane_load(k, g) * h);
+    }
+}
+
+static void multiply_pair(kl_real *k, const kl_both *by) {
+    KL_EACH_LANE(g) {
+        kl_lane_store(k, g, kl_lane_load(k, g) * KL_LANE(*by, g));
+    }
+}
+
+static uint32_t body_states(const struct kl_model *model) {
+    return model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
+}
 
 static void find_implicit(const struct kl_model *model, const struct kl_evaluation *e,
-                          struct implicit *implicit) {
+                          struct kl_implicit *implicit) {
     const kl_real by = KL_R(GAMMA) * model->step_s;
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        kl_real damping[3];
-        kl_axle_damping(&model->wheelsets[w], &e->axle[w], &e->forces[w], damping);
-        for (uint32_t k = 0; k < 3u; k++) {
-            implicit->scale[w][k] = KL_R(1) / (KL_R(1) + by * damping[k]);
-        }
+        kl_axle_implicit(&model->wheelsets[w], &e->axle[w], &e->forces[w], by, &implicit[w]);
     }
 }
 
 /* First stage: k1 = S f(x), x2 = x + h k1. */
-static void first_stage(const struct kl_model *model, const struct implicit *restrict implicit,
+static void first_stage(const struct kl_model *model, const struct kl_implicit *restrict implicit,
                         const kl_real *restrict x, kl_real *restrict k1, kl_real *restrict x2) {
-    const uint32_t n = model->n_states;
     const kl_real h = model->step_s;
-    kl_real *of_axle = k1 + (n - KL_WHEELSET_STATES * model->n_wheelsets) + KL_WS_Y_RATE;
-    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        for (uint32_t k = 0; k < 3u; k++) {
-            of_axle[KL_WHEELSET_STATES * w + k] *= implicit->scale[w][k];
-        }
+    const uint32_t n = body_states(model);
+    for (uint32_t i = 0; i < n; i += 2u) {
+        advance_pair(&x[i], &k1[i], h, &x2[i]);
     }
-    for (uint32_t i = 0, by = first_stride(n); i < n; i += by, by = KL_LANES) {
-        kl_lane_store(&x2[i], 0, kl_lane_load(&x[i], 0) + kl_lane_load(&k1[i], 0) * h);
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const uint32_t i = n + KL_WHEELSET_STATES * w;
+        multiply_pair(&k1[i + KL_WS_Y_RATE], &implicit[w].y_and_yaw);
+        k1[i + KL_WS_SPIN] *= implicit[w].spin;
+        advance_pair(&x[i], &k1[i], h, &x2[i]);
+        advance_pair(&x[i + KL_WS_Y_RATE], &k1[i + KL_WS_Y_RATE], h, &x2[i + KL_WS_Y_RATE]);
+        x2[i + KL_WS_SPIN] = x[i + KL_WS_SPIN] + h * k1[i + KL_WS_SPIN];
     }
 }
 
-/* Second stage: k2 = S (f(x2) - 2 k1), x2 = x + h (3 k1 + k2)/2. Where S is 1 that is the mean of
- * f(x) and f(x2); so elsewhere f(x2) is first changed to 2 k1 + k2. Returns 1
- * where every new state is finite. */
-static int second_stage(const struct kl_model *model, const struct implicit *restrict implicit,
+/* Where S is 1 the second stage is the mean of both rates. */
+static kl_lane finish_pair(const kl_real *x, const kl_real *k1, const kl_real *k2, kl_real h,
+                           kl_real *to) {
+    kl_lane unsound = kl_lane_all(KL_R(0));
+    KL_EACH_LANE(g) {
+        const kl_lane mean = (kl_lane_load(k1, g) + kl_lane_load(k2, g)) * KL_R(0.5);
+        const kl_lane next = kl_lane_load(x, g) + mean * h;
+        kl_lane_store(to, g, next);
+        unsound += next - next;
+    }
+    return unsound;
+}
+
+/* Makes f(x2) into 2 k1 + k2 with k2 = S (f(x2) - 2 k1), for the rates that S slows. */
+static void damp_wheelset(const struct kl_implicit *implicit, const kl_real *k1, kl_real *k2) {
+    KL_EACH_LANE(g) {
+        const kl_lane twice = KL_R(2) * kl_lane_load(&k1[KL_WS_Y_RATE], g);
+        const kl_lane rest = kl_lane_load(&k2[KL_WS_Y_RATE], g) - twice;
+        kl_lane_store(&k2[KL_WS_Y_RATE], g, twice + rest * KL_LANE(implicit->y_and_yaw, g));
+    }
+    const kl_real twice = KL_R(2) * k1[KL_WS_SPIN];
+    k2[KL_WS_SPIN] = twice + (k2[KL_WS_SPIN] - twice) * implicit->spin;
+}
+
+/* Second stage: k2 = S (f(x2) - 2 k1), x2 = x + h (3 k1 + k2)/2. Returns 1 where every new state is
+ * finite. */
+static int second_stage(const struct kl_model *model, const struct kl_implicit *restrict implicit,
                         const kl_real *restrict x, const kl_real *restrict k1, kl_real *restrict k2,
                         kl_real *restrict x2) {
-    const uint32_t n = model->n_states;
-    const kl_real half_h = KL_R(0.5) * model->step_s;
-    const uint32_t first = (n - KL_WHEELSET_STATES * model->n_wheelsets) + KL_WS_Y_RATE;
-    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        for (uint32_t k = 0; k < 3u; k++) {
-            const uint32_t i = first + KL_WHEELSET_STATES * w + k;
-            const kl_real twice = KL_R(2) * k1[i];
-            k2[i] = twice + (k2[i] - twice) * implicit->scale[w][k];
-        }
-    }
+    const kl_real h = model->step_s;
+    const uint32_t n = body_states(model);
     kl_lane unsound = kl_lane_all(KL_R(0)); /* 0, or NaN for ever */
-    for (uint32_t i = 0, by = first_stride(n); i < n; i += by, by = KL_LANES) {
-        const kl_lane k = kl_lane_load(&k1[i], 0) + kl_lane_load(&k2[i], 0);
-        const kl_lane next = kl_lane_load(&x[i], 0) + k * half_h;
-        kl_lane_store(&x2[i], 0, next);
-        unsound += next - next;
+    for (uint32_t i = 0; i < n; i += 2u) {
+        unsound += finish_pair(&x[i], &k1[i], &k2[i], h, &x2[i]);
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const uint32_t i = n + KL_WHEELSET_STATES * w;
+        const uint32_t r = i + KL_WS_Y_RATE;
+        const uint32_t s = i + KL_WS_SPIN;
+        damp_wheelset(&implicit[w], &k1[i], &k2[i]);
+        unsound += finish_pair(&x[i], &k1[i], &k2[i], h, &x2[i]);
+        unsound += finish_pair(&x[r], &k1[r], &k2[r], h, &x2[r]);
+        x2[s] = x[s] + h * (KL_R(0.5) * (k1[s] + k2[s]));
+        unsound += kl_lane_all(x2[s] - x2[s]);
     }
     return kl_lane_is_0(unsound);
 }
 
+static void copy_states(const struct kl_model *model, const kl_real *restrict from,
+                        kl_real *restrict to) {
+    const uint32_t n = body_states(model);
+    for (uint32_t i = 0; i < n; i += 2u) {
+        copy_pair(&from[i], &to[i]);
+    }
+    for (uint32_t i = n; i < model->n_states; i += KL_WHEELSET_STATES) {
+        copy_pair(&from[i], &to[i]);
+        copy_pair(&from[i + KL_WS_Y_RATE], &to[i + KL_WS_Y_RATE]);
+        to[i + KL_WS_SPIN] = from[i + KL_WS_SPIN];
+    }
+}
+
 /* Takes the new state over, or holds the old one; latches faults. Returns 1 where held. */
-static int settle(struct kl_state *state, const kl_real *restrict x, const struct kl_stage *end,
-                  uint32_t faults) {
-    const uint32_t n = state->n_states;
+static int settle(const struct kl_model *model, struct kl_state *state, const kl_real *x,
+                  const struct kl_stage *end, uint32_t faults) {
     state->tick++;
     if (state->faults == 0 && faults != 0) {
         state->fault_tick = state->tick;
@@ -207,9 +257,7 @@ static int settle(struct kl_state *state, const kl_real *restrict x, const struc
     state->faults |= faults;
     const int hold = (state->faults & KL_FAULTS_HOLD) != 0;
     if (!hold) {
-        for (uint32_t i = 0, by = first_stride(n); i < n; i += by, by = KL_LANES) {
-            kl_lane_store(&state->x[i], 0, kl_lane_load(&x[i], 0));
-        }
+        copy_states(model, x, state->x);
         state->s_m = end->s_m;
         state->speed_m_s = end->speed_m_s;
     }
@@ -220,7 +268,7 @@ uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const str
                  struct kl_output *output) {
     struct kl_evaluation e;
     struct kl_input kept;
-    struct implicit implicit;
+    struct kl_implicit implicit[KL_MAX_WHEELSETS];
     kl_real k1[KL_MAX_STATES];
     kl_real k2[KL_MAX_STATES];
     kl_real x2[KL_MAX_STATES];
@@ -236,14 +284,14 @@ uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const str
 
     kl_evaluate(model, state->x, &begin, &kept, &e, k1);
     faults |= e.faults;
-    find_implicit(model, &e, &implicit);
-    first_stage(model, &implicit, state->x, k1, x2);
+    find_implicit(model, &e, implicit);
+    first_stage(model, implicit, state->x, k1, x2);
     kl_evaluate(model, x2, &end, &kept, &e, k2);
     faults |= e.faults;
-    const int sound = second_stage(model, &implicit, state->x, k1, k2, x2);
+    const int sound = second_stage(model, implicit, state->x, k1, k2, x2);
     faults |= sound && kl_finite_real(end.s_m) ? 0u : (uint32_t)KL_FAULT_NONFINITE;
 
-    const int hold = settle(state, x2, &end, faults);
+    const int hold = settle(model, state, x2, &end, faults);
     if (output != NULL && !hold) {
         kl_write_output(model, state, &end, &e, output);
     } else if (output != NULL) { /* the last good output stays; time and faults go on */
