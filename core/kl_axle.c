@@ -342,9 +342,16 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
     forces->spin_acc = (forces->torque_Nm - KL_SUM(drive)) / wheelset->inertia_spin_kgm2;
 }
 
+/* 1/(1 + z gamma(z)) */
+static inline kl_lane implicit_part(kl_lane z) {
+    const kl_lane gamma = kl_lane_all(KL_R(0.29289321881345254)) +
+                          KL_R(1.4142135623730951) * z / (z + kl_lane_all(KL_R(60)));
+    return KL_R(1) / (KL_R(1) + z * gamma);
+}
+
 void kl_axle_implicit(const struct kl_wheelset *restrict wheelset,
                       const struct kl_axle *restrict axle,
-                      const struct kl_axle_forces *restrict forces, kl_real by_s,
+                      const struct kl_axle_forces *restrict forces, kl_real step_s,
                       struct kl_implicit *restrict implicit) {
     kl_both along;
     kl_both yaw;
@@ -362,9 +369,10 @@ void kl_axle_implicit(const struct kl_wheelset *restrict wheelset,
     const kl_both damping = {KL_SUM(along) * forces->inv_mass_1_kg,
                              KL_SUM(yaw) / wheelset->inertia_yaw_kgm2};
     KL_EACH_LANE(g) {
-        KL_LANE(implicit->y_and_yaw, g) = KL_R(1) / (KL_R(1) + KL_LANE(damping, g) * by_s);
+        KL_LANE(implicit->y_and_yaw, g) = implicit_part(KL_LANE(damping, g) * step_s);
     }
-    implicit->spin = KL_R(1) / (KL_R(1) + KL_SUM(spin) / wheelset->inertia_spin_kgm2 * by_s);
+    implicit->spin = kl_lane_first(
+        implicit_part(kl_lane_all(KL_SUM(spin) / wheelset->inertia_spin_kgm2 * step_s)));
 }
 
 /* ---- outputs ---- */

@@ -124,15 +124,22 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
                         const struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces);
 
-/* The implicit part of a stage: 1/(1 + by damping) of the three rates, where damping (1/s, >= 0) is
- * the diagonal creep damping, a secant of the saturated law. */
+/*
+ * The implicit part of a stage: 1/(1 + z gamma) of the three rates with z = step * damping, where
+ * damping (1/s, >= 0) is the diagonal creep damping, a secant of the saturated law. ROS2 is second
+ * order for any gamma and L-stable for 1 -+ 1/sqrt 2. The smaller one is the more accurate, but its
+ * first stage overshoots the end of a stiff decay 2.4 times, which a saturated law does not forgive
+ * (the creep force then alternates between +-mu N near standstill); the larger one falls short of
+ * it. So gamma goes from the one to the other as z grows: gamma = 1 - 1/sqrt 2 + sqrt 2 z/(z + 60).
+ */
 struct kl_implicit {
     kl_both y_and_yaw;
     kl_real spin;
+    kl_real spin_drift; /* V'/r0: what Omega does besides */
 };
 void kl_axle_implicit(const struct kl_wheelset *restrict wheelset,
                       const struct kl_axle *restrict axle,
-                      const struct kl_axle_forces *restrict forces, kl_real by_s,
+                      const struct kl_axle_forces *restrict forces, kl_real step_s,
                       struct kl_implicit *restrict implicit);
 
 /* Fills the outputs that belong to the wheels and the wheelset. */

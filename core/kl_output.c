@@ -14,7 +14,11 @@ void kl_write_output(const struct kl_model *model, const struct kl_state *state,
     output->s_m = state->s_m;
     output->speed_m_s = state->speed_m_s;
     output->acceleration_m_s2 = stage->speed_rate_m_s2;
+    const struct kl_irregularity_row none = {0};
     output->track = e->reference;
+    output->track.value = none;
+    output->track.slope = none;
+    output->track.second = none;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         const struct kl_track_point *here = e->at_body[b];

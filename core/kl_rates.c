@@ -239,7 +239,8 @@ static void move_wheelsets(const struct kl_model *model, const struct kl_stage *
         }
         rate[KL_WS_SPIN] = f->spin_acc;
         const kl_real least = kl_min_real(f->normal[KL_RIGHT], f->normal[KL_LEFT]);
-        e->faults |= least > KL_R(0) ? 0u : (uint32_t)KL_FAULT_WHEEL_LIFT;
+        const int loaded = least > KL_R(0) || !(model->wheelsets[w].static_load_N > KL_R(0));
+        e->faults |= loaded ? 0u : (uint32_t)KL_FAULT_WHEEL_LIFT;
         rate += KL_WHEELSET_STATES;
     }
 }

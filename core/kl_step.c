@@ -4,9 +4,6 @@
 #include "kl_math.h"
 #include "kl_rates.h"
 
-/* gamma of ROS2, 1 - 1/sqrt 2 */
-#define GAMMA 0.29289321881345254
-
 /* ---- inputs ---- */
 
 /* What is not a number counts as not given; what is too large is cut; `wrong` grows by what was
@@ -160,11 +157,14 @@ static uint32_t body_states(const struct kl_model *model) {
     return model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
 }
 
+/* The wheels' rotation is integrated relative to V/r0, so that both stages see the same slip while
+ * the speed changes. */
 static void find_implicit(const struct kl_model *model, const struct kl_evaluation *e,
-                          struct kl_implicit *implicit) {
-    const kl_real by = KL_R(GAMMA) * model->step_s;
+                          kl_real v_rate, struct kl_implicit *implicit) {
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        kl_axle_implicit(&model->wheelsets[w], &e->axle[w], &e->forces[w], by, &implicit[w]);
+        const struct kl_wheelset *wheelset = &model->wheelsets[w];
+        kl_axle_implicit(wheelset, &e->axle[w], &e->forces[w], model->step_s, &implicit[w]);
+        implicit[w].spin_drift = v_rate / model->pairs[wheelset->pair].radius_m;
     }
 }
 
@@ -179,10 +179,10 @@ static void first_stage(const struct kl_model *model, const struct kl_implicit *
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const uint32_t i = n + KL_WHEELSET_STATES * w;
         multiply_pair(&k1[i + KL_WS_Y_RATE], &implicit[w].y_and_yaw);
-        k1[i + KL_WS_SPIN] *= implicit[w].spin;
+        k1[i + KL_WS_SPIN] = (k1[i + KL_WS_SPIN] - implicit[w].spin_drift) * implicit[w].spin;
         advance_pair(&x[i], &k1[i], h, &x2[i]);
         advance_pair(&x[i + KL_WS_Y_RATE], &k1[i + KL_WS_Y_RATE], h, &x2[i + KL_WS_Y_RATE]);
-        x2[i + KL_WS_SPIN] = x[i + KL_WS_SPIN] + h * k1[i + KL_WS_SPIN];
+        x2[i + KL_WS_SPIN] = x[i + KL_WS_SPIN] + h * (k1[i + KL_WS_SPIN] + implicit[w].spin_drift);
     }
 }
 
@@ -207,7 +207,7 @@ static void damp_wheelset(const struct kl_implicit *implicit, const kl_real *k1,
         kl_lane_store(&k2[KL_WS_Y_RATE], g, twice + rest * KL_LANE(implicit->y_and_yaw, g));
     }
     const kl_real twice = KL_R(2) * k1[KL_WS_SPIN];
-    k2[KL_WS_SPIN] = twice + (k2[KL_WS_SPIN] - twice) * implicit->spin;
+    k2[KL_WS_SPIN] = twice + ((k2[KL_WS_SPIN] - implicit->spin_drift) - twice) * implicit->spin;
 }
 
 /* Second stage: k2 = S (f(x2) - 2 k1), x2 = x + h (3 k1 + k2)/2. Returns 1 where every new state is
@@ -228,7 +228,7 @@ static int second_stage(const struct kl_model *model, const struct kl_implicit *
         damp_wheelset(&implicit[w], &k1[i], &k2[i]);
         unsound += finish_pair(&x[i], &k1[i], &k2[i], h, &x2[i]);
         unsound += finish_pair(&x[r], &k1[r], &k2[r], h, &x2[r]);
-        x2[s] = x[s] + h * (KL_R(0.5) * (k1[s] + k2[s]));
+        x2[s] = x[s] + h * (KL_R(0.5) * (k1[s] + k2[s]) + implicit[w].spin_drift);
         unsound += kl_lane_all(x2[s] - x2[s]);
     }
     return kl_lane_is_0(unsound);
@@ -284,7 +284,7 @@ uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const str
 
     kl_evaluate(model, state->x, &begin, &kept, &e, k1);
     faults |= e.faults;
-    find_implicit(model, &e, implicit);
+    find_implicit(model, &e, v_rate, implicit);
     first_stage(model, implicit, state->x, k1, x2);
     kl_evaluate(model, x2, &end, &kept, &e, k2);
     faults |= e.faults;

@@ -105,7 +105,7 @@ struct kl_output {
     kl_real s_m;
     kl_real speed_m_s;
     kl_real acceleration_m_s2;
-    struct kl_track_point track; /* at the reference point */
+    struct kl_track_point track; /* at the reference point; the layout alone, no irregularities */
     struct kl_body_output body[KL_MAX_BODIES];
     struct kl_wheelset_output wheelset[KL_MAX_WHEELSETS];
 };

@@ -165,6 +165,7 @@ static void the_full_range_of_speed(void **state) {
         }
     }
     assert_true(x.speed_m_s == 0);
+    assert_near((double)wheelset_x(&b.model, &x, 0)[KL_WS_SPIN], 0.0, 1e-6);
     assert_at_most(largest, 4e-3);
     unbuild(&b);
 }
