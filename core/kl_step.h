@@ -130,9 +130,11 @@ int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
 /*
  * Advances one vehicle by one step. `input` acts over the whole step; `output` may be NULL. Returns
  * the latched faults (0: none). Never fails otherwise; the same number of operations whatever the
- * input. Integrator: ROS2 W-method (Verwer), gamma = 1 - 1/sqrt 2, second order; its approximate
- * Jacobian is the diagonal creep damping of each wheelset, reduced by the secant of the saturated
- * law. Re-entrant: touches nothing but its arguments.
+ * input.
+ * Integrator: ROS2 W-method (Verwer), second order; its approximate Jacobian is the diagonal creep
+ * damping of each wheelset, reduced by the secant of the saturated law. gamma goes from 1 - 1/sqrt
+ * 2 to 1 + 1/sqrt 2 as that damping grows stiff (see kl_axle.h), so that creep forces are steady
+ * down to standstill. Re-entrant: touches nothing but its arguments.
  */
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
                  struct kl_output *output);
