@@ -155,19 +155,17 @@ static void place_wheelsets(const struct kl_model *model, const kl_real *x,
 
 static void suspension_forces(const struct kl_suspension *restrict suspension,
                               const struct motions *restrict motions, kl_real *restrict force) {
-    const struct kl_spring *restrict spring = suspension->spring;
-    const uint16_t *restrict column = suspension->column;
-    const uint16_t *restrict row_end = suspension->row_start + 1;
-    const size_t rows = suspension->n_coordinates;
-    size_t at = 0;
-    for (size_t i = 0; i < rows; i++) {
-        const size_t end = row_end[i];
+    const struct kl_spring *spring = suspension->spring;
+    const uint16_t *column = suspension->column;
+    const uint16_t *row_start = suspension->row_start;
+    for (size_t i = 0, rows = suspension->n_coordinates; i < rows; i++) {
         kl_both sum = {KL_R(0), KL_R(0)}; /* elastic, viscous */
-        for (; at < end; at++) {
+        for (uint32_t n = (uint32_t)row_start[i + 1u] - row_start[i]; n != 0; n--) {
             KL_EACH_LANE(g) {
-                KL_LANE(sum, g) +=
-                    kl_lane_load(&spring[at].k, g) * KL_LANE(motions->q[column[at]], g);
+                KL_LANE(sum, g) += kl_lane_load(&spring->k, g) * KL_LANE(motions->q[*column], g);
             }
+            spring++;
+            column++;
         }
         force[i] = -KL_SUM(sum);
     }
