@@ -91,6 +91,10 @@ static void test_pairs(void **state) {
     struct model_file mf;
     load(&mf, FULL, NULL);
     assert_int_equal(mf.vehicle.n_pairs, 3);
+    assert_string_equal(model_file_pair_name(&mf, 0), "conical");
+    assert_string_equal(model_file_pair_name(&mf, 1), "curved");
+    assert_string_equal(model_file_pair_name(&mf, 2), "half");
+    assert_string_equal(model_file_pair_name(&mf, 3), "?");
     const struct kl_pair_def *p = mf.vehicle.pairs;
     assert_int_equal(p[0].kind, KL_PAIR_LINEAR);
     same(p[0].radius_m, 0.45);
@@ -411,6 +415,7 @@ static void test_free_is_harmless(void **state) {
     struct kl_model model;
     memset(&mf, 0, sizeof mf);
     model_file_free(&mf);
+    assert_string_equal(model_file_pair_name(&mf, 0), "?");
     FILE *errors = listen();
     assert_int_equal(model_file_build(&mf, &model, errors), -1);
     const char *assignment = "a=1";

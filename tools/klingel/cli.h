@@ -170,9 +170,6 @@ int cli_model_open(struct cli_model *m, const char *vehicle, const char *track,
                    const struct cli_list *assignments);
 void cli_model_close(struct cli_model *m);
 
-/* The name of a pair in the vehicle file. */
-const char *cli_pair_name(const struct cli_model *m, uint32_t pair);
-
 /* Monotonic time in seconds. */
 double cli_seconds(void);
 

@@ -3,7 +3,6 @@
 #include <time.h>
 
 #include "cli.h"
-#include "model_source.h"
 
 double cli_seconds(void) {
     struct timespec now;
@@ -43,13 +42,4 @@ int cli_model_open(struct cli_model *m, const char *vehicle, const char *track,
 
 void cli_model_close(struct cli_model *m) {
     model_file_free(&m->file);
-}
-
-const char *cli_pair_name(const struct cli_model *m, uint32_t pair) {
-    char path[48];
-    const struct outline *outline = &m->file.vehicle_parts->outline;
-    snprintf(path, sizeof path, "pairs[%u].name", (unsigned)pair);
-    int32_t node = outline_find(outline, path, NULL);
-    return node != OUTLINE_NONE && outline->nodes[node].text != NULL ? outline->nodes[node].text
-                                                                     : "?";
 }

@@ -178,7 +178,7 @@ static int choose(const struct cli_model *m, const char *name, uint32_t *first, 
     *first = 0;
     *last = n - 1;
     for (uint32_t i = 0; i < n; i++) {
-        names[i] = cli_pair_name(m, i);
+        names[i] = model_file_pair_name(&m->file, i);
         if (name != NULL && strcmp(names[i], name) == 0) {
             *first = *last = i;
             return CLI_OK;
@@ -307,14 +307,15 @@ static int show(struct cli_model *m, const struct arguments *a) {
     int status = choose(m, a->pair, &first, &last);
     if (status == CLI_OK && a->csv != NULL && first != last) {
         status = cli_misuse("--csv holds one pair: choose it by --pair, for example --pair %s",
-                            cli_pair_name(m, 0));
+                            model_file_pair_name(&m->file, 0));
     }
     if (status == CLI_OK && a->csv != NULL) {
         status = cli_output_open(&csv, a->csv);
     }
     for (uint32_t i = first; i <= last && status == CLI_OK; i++) {
-        struct work w = {
-            .file = &m->file, .def = &m->file.vehicle.pairs[i], .name = cli_pair_name(m, i)};
+        struct work w = {.file = &m->file,
+                         .def = &m->file.vehicle.pairs[i],
+                         .name = model_file_pair_name(&m->file, i)};
         status = build(&w);
         status = status == CLI_OK ? check_solve(&w, a) : status;
         if (status == CLI_OK && !cli_is_stdout(a->csv)) {

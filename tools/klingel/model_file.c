@@ -171,6 +171,18 @@ int model_file_set(struct model_file *mf, const char *const *assignments, size_t
     return status;
 }
 
+const char *model_file_pair_name(const struct model_file *mf, uint32_t i) {
+    char path[48];
+    if (mf->vehicle_parts == NULL) {
+        return "?";
+    }
+    const struct outline *outline = &mf->vehicle_parts->outline;
+    snprintf(path, sizeof path, "pairs[%u].name", (unsigned)i);
+    int32_t node = outline_find(outline, path, NULL);
+    return node != OUTLINE_NONE && outline->nodes[node].text != NULL ? outline->nodes[node].text
+                                                                     : "?";
+}
+
 void model_file_free(struct model_file *mf) {
     model_source_free(mf->vehicle_parts);
     model_source_free(mf->track_parts);

@@ -56,6 +56,10 @@ int model_file_set(struct model_file *mf, const char *const *assignments, size_t
  */
 int model_file_build(struct model_file *mf, struct kl_model *model, FILE *errors);
 
+/* The name of the i-th pair in the vehicle file, good until the next set or free; "?" where there
+ * is no such pair. (The definitions number the pairs; their names are the file's alone.) */
+const char *model_file_pair_name(const struct model_file *mf, uint32_t i);
+
 /* Gives everything back and leaves `mf` all zero. Harmless on an all-zero or failed `mf`. */
 void model_file_free(struct model_file *mf);
 
