@@ -315,9 +315,50 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
     prepare_normals(wheelset, axle, forces);
 }
 
+/*
+ * Newton's step for the normal forces. A creep force grows as N^e, e from 2/3 (linear) to 1
+ * (sliding), so about the N it was found with it is T2 = rest + d N with d = e T2/N; N = normal +
+ * own T2 + other T2' is then linear in both sides' N. In flange contact the creep force carries
+ * much of the load, and without this the passes would converge slowly. The determinant is bounded
+ * for states in which friction alone could hold the wheelset.
+ */
+static inline void solve_normals(struct kl_axle_forces *forces) {
+    const struct kl_contacts *contacts = &forces->contacts;
+    kl_both d;
+    kl_both rest;
+    kl_both self;
+    kl_both cross;
+    kl_both known;
+    KL_EACH_LANE(g) {
+        const kl_lane t2 = KL_LANE(forces->t2, g);
+        const kl_lane used = KL_LANE(contacts->used, g);
+        const kl_lane grown =
+            KL_R(1) - (KL_R(3) * KL_LANE(forces->reduction, g) - KL_R(1)) * KL_R(1.0 / 6.0);
+        const kl_lane exponent =
+            contacts->constant ? kl_lane_all(KL_R(0)) : kl_lane_min(grown, kl_lane_all(KL_R(1)));
+        KL_LANE(d, g) = exponent * t2 / kl_lane_max(used, kl_lane_all(KL_R(1)));
+        KL_LANE(rest, g) = t2 - KL_LANE(d, g) * used;
+    }
+    KL_EACH_LANE(g) {
+        const kl_lane own = KL_LANE(contacts->own, g);
+        const kl_lane other = KL_LANE(contacts->other, g);
+        KL_LANE(self, g) = KL_R(1) - own * KL_LANE(d, g);
+        KL_LANE(cross, g) = other * KL_OTHER(d, g);
+        KL_LANE(known, g) =
+            (KL_LANE(contacts->normal, g) + own * KL_LANE(rest, g)) + other * KL_OTHER(rest, g);
+    }
+    const kl_real determinant = self[KL_RIGHT] * self[KL_LEFT] - cross[KL_RIGHT] * cross[KL_LEFT];
+    const kl_real inv = KL_R(1) / kl_max_real(determinant, KL_R(0.1));
+    KL_EACH_LANE(g) {
+        const kl_lane solved =
+            KL_LANE(known, g) * KL_OTHER(self, g) + KL_LANE(cross, g) * KL_OTHER(known, g);
+        KL_LANE(forces->normal, g) = kl_lane_max(solved * inv, kl_lane_all(KL_R(0)));
+    }
+}
+
 void kl_axle_balance(struct kl_axle_forces *forces) {
     find_creep(forces, ESTIMATE_ROUNDS);
-    find_normals(forces);
+    solve_normals(forces);
     find_creep(forces, KL_CBRT_ROUNDS);
     find_normals(forces);
 }

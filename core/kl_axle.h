@@ -3,13 +3,15 @@
  * Internal to the core.
  *
  * The wheelset's height z and roll phi follow from its lateral displacement through the table, so
- * the normal forces do no work on it and the lateral equation is free of them (Lagrange): (m (1 +
- * z_y^2) + I_x phi_y^2) y'' = F_y + z_y (F_z + m g) + phi_y M_x - m (kappa V^2 - g phi0)
- *                                         - m z_y b_z - I_x phi_y b_phi - phi_y I_y Omega psi'
- *                                         + sum T2 (1 - r phi_y)/cos delta
+ * the normal forces do no work on it and the lateral equation is free of them (Lagrange):
+ *     (m (1 + z_y^2) + I_x phi_y^2) y'' = F_y + z_y (F_z + m g) + phi_y M_x
+ *                                         - m (kappa V^2 - g phi0) - m z_y b_z - I_x phi_y b_phi
+ *                                         - phi_y I_y Omega psi' + sum T2 (1 - r phi_y)/cos delta
  * where z'' = z_y y'' + b_z and phi'' = phi_y y'' + b_phi. Normal forces then follow from vertical
- * and roll equilibrium. Creep forces need them, and they need the creep forces: two passes, always;
- * the first may take a coarser cube root of the normal force.
+ * and roll equilibrium. Creep forces need them, and they need the creep forces: an estimate, one
+ * Newton step, and the creep forces once more, always. Against the converged solution that is
+ * within 2e-4 of half the axle load in 99 % of random states on the tread, 1.4e-2 with flange
+ * contact.
  */
 #ifndef KL_AXLE_H
 #define KL_AXLE_H
