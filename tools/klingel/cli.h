@@ -92,31 +92,39 @@ struct cli_option {
     const char *help; /* with the default; "\n" begins another line */
 };
 
-#define CLI_MAX_OPERANDS 2
+/* The options that several sub-commands have, each with its own help; `value` is the default. */
+struct cli_option cli_speed_option(const char *name, double *value, double low, const char *help);
+struct cli_option cli_place_option(const char *name, double *value, const char *help);
+struct cli_option cli_time_option(const char *name, double *value, double high, const char *help);
+struct cli_option cli_file_option(const char *name, const char **value, const char *help);
+/* A file, or standard output where none is named. */
+struct cli_option cli_maybe_file_option(const char *name, const char **value, const char *help);
+/* -o, --output */
+struct cli_option cli_output_option(const char **value, const char *help);
+
+/* What every sub-command works on: its operands and the values of --set. */
+struct cli_target {
+    const char *vehicle;
+    const char *track; /* NULL: none was given */
+    struct cli_list set;
+};
+
+#define CLI_MAX_OPTIONS 31 /* of a sub-command, besides --set */
 struct cli_command {
-    const char *operands; /* "MODEL [TRACK]" */
-    size_t least;
-    size_t most; /* up to CLI_MAX_OPERANDS */
+    bool takes_track; /* MODEL [TRACK], else MODEL */
     const char *purpose;
     const char *example; /* lines to be typed, each ended by "\n" */
     const struct cli_option *options;
     size_t n_options;
 };
 
-/* What every sub-command with a model has; for the end of an option table. */
-#define CLI_SET_OPTION(list)                                                                       \
-    {                                                                                              \
-        .name = "--set", .argument = "KEY=VALUE", .kind = CLI_LIST, .value = (list),               \
-        .help = "replace a value of the model file, as often as wanted:\n"                         \
-                "elements.restraint.k_N_m[1]=1e6, track.irregularities.spectrum.seed=7"            \
-    }
-
 /*
- * Parses into the values of the options and into `operand`. Returns true if the command shall go
- * on; otherwise `*status` is what it returns: --help was printed, or what is wrong was.
+ * Parses into the values of the options and into `target`. --set is an option of all sub-commands
+ * and stands in none of their tables. Returns true if the command shall go on; otherwise `*status`
+ * is what it returns: --help was printed, or what is wrong was.
  */
-bool cli_parse(const struct cli_command *command, int argc, char **argv,
-               const char *operand[CLI_MAX_OPERANDS], int *status);
+bool cli_parse(const struct cli_command *command, int argc, char **argv, struct cli_target *target,
+               int *status);
 
 /* ---- output files ---- */
 
@@ -161,13 +169,11 @@ struct cli_model {
 };
 
 /* Loads the files and applies --set. CLI_OK or CLI_FAILED (printed). */
-int cli_model_load(struct cli_model *m, const char *vehicle, const char *track,
-                   const struct cli_list *assignments);
+int cli_model_load(struct cli_model *m, const struct cli_target *target);
 /* Builds m->model. Frees `m` if that fails. */
 int cli_model_build(struct cli_model *m);
 /* Both. */
-int cli_model_open(struct cli_model *m, const char *vehicle, const char *track,
-                   const struct cli_list *assignments);
+int cli_model_open(struct cli_model *m, const struct cli_target *target);
 void cli_model_close(struct cli_model *m);
 
 /* Monotonic time in seconds. */

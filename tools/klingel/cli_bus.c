@@ -1,5 +1,26 @@
 #include "cli_bus.h"
 
+struct cli_option cli_divider_option(struct cli_bus *bus) {
+    return (struct cli_option){.name = "--state-divider",
+                               .argument = "N",
+                               .kind = CLI_COUNT,
+                               .value = &bus->divider,
+                               .low = 1,
+                               .high = 1000,
+                               .help = "send states only every Nth time; 1..1000, default 1"};
+}
+
+struct cli_option cli_bit_rate_option(struct cli_bus *bus) {
+    return (struct cli_option){
+        .name = "--bit-rate",
+        .argument = "RATE",
+        .kind = CLI_COUNT,
+        .value = &bus->bit_rate,
+        .low = 0,
+        .high = 1e6,
+        .help = "bit/s of the bus, for its load; default 0, a virtual bus without limit"};
+}
+
 struct kl_layout cli_bus_layout(const struct cli_model *m, const struct cli_bus *bus) {
     return (struct kl_layout){.n_bodies = m->file.vehicle.n_bodies,
                               .n_wheelsets = m->file.vehicle.n_wheelsets,

@@ -10,17 +10,8 @@ struct cli_bus {
     uint64_t bit_rate; /* bit/s; 0: without limit */
 };
 
-#define CLI_DIVIDER_OPTION(bus)                                                                    \
-    {                                                                                              \
-        .name = "--state-divider", .argument = "N", .kind = CLI_COUNT, .value = &(bus)->divider,   \
-        .low = 1, .high = 1000, .help = "send states only every Nth time; 1..1000, default 1"      \
-    }
-#define CLI_BIT_RATE_OPTION(bus)                                                                   \
-    {                                                                                              \
-        .name = "--bit-rate", .argument = "RATE", .kind = CLI_COUNT, .value = &(bus)->bit_rate,    \
-        .low = 0, .high = 1e6,                                                                     \
-        .help = "bit/s of the bus, for its load; default 0, a virtual bus without limit"           \
-    }
+struct cli_option cli_divider_option(struct cli_bus *bus);
+struct cli_option cli_bit_rate_option(struct cli_bus *bus);
 
 struct kl_layout cli_bus_layout(const struct cli_model *m, const struct cli_bus *bus);
 

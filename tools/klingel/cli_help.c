@@ -119,8 +119,12 @@ static void print_option(const struct cli_option *option) {
     print_indented(option->help, COLUMN);
 }
 
+const char *cli_operands(const struct cli_command *command) {
+    return command->takes_track ? "MODEL [TRACK]" : "MODEL";
+}
+
 int cli_help(const struct cli_command *command) {
-    printf("usage: %s %s [options]\n\n%s\n\noptions:\n", program_name, command->operands,
+    printf("usage: %s %s [options]\n\n%s\n\noptions:\n", program_name, cli_operands(command),
            command->purpose);
     for (size_t i = 0; i < command->n_options; i++) {
         if (command->options[i].kind != CLI_EXTRA_TEXT) {

@@ -10,14 +10,13 @@ double cli_seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-int cli_model_load(struct cli_model *m, const char *vehicle, const char *track,
-                   const struct cli_list *assignments) {
+int cli_model_load(struct cli_model *m, const struct cli_target *target) {
     memset(m, 0, sizeof *m);
-    if (model_file_load(&m->file, vehicle, track, stderr) != 0) {
+    if (model_file_load(&m->file, target->vehicle, target->track, stderr) != 0) {
         return CLI_FAILED;
     }
-    if (assignments->n > 0 &&
-        model_file_set(&m->file, assignments->item, assignments->n, stderr) != 0) {
+    if (target->set.n > 0 &&
+        model_file_set(&m->file, target->set.item, target->set.n, stderr) != 0) {
         model_file_free(&m->file);
         return CLI_FAILED;
     }
@@ -34,9 +33,8 @@ int cli_model_build(struct cli_model *m) {
     return CLI_OK;
 }
 
-int cli_model_open(struct cli_model *m, const char *vehicle, const char *track,
-                   const struct cli_list *assignments) {
-    int status = cli_model_load(m, vehicle, track, assignments);
+int cli_model_open(struct cli_model *m, const struct cli_target *target) {
+    int status = cli_model_load(m, target);
     return status == CLI_OK ? cli_model_build(m) : status;
 }
 

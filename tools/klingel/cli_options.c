@@ -1,4 +1,5 @@
 /* cli_options.c - arguments of a sub-command into the values of its option table. */
+#include <assert.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
@@ -6,8 +7,6 @@
 
 #include "cli.h"
 #include "cli_help.h"
-
-#define MAX_OPTIONS 32
 
 static const struct cli_option *find(const struct cli_command *command, const char *name,
                                      size_t length) {
@@ -23,10 +22,10 @@ static const struct cli_option *find(const struct cli_command *command, const ch
 }
 
 static int unknown(const struct cli_command *command, const char *name, size_t length) {
-    const char *words[MAX_OPTIONS + 1] = {"--help"};
+    const char *words[CLI_MAX_OPTIONS + 2] = {"--help"};
     char text[64];
     size_t n = 1;
-    for (size_t i = 0; i < command->n_options && n < MAX_OPTIONS; i++) {
+    for (size_t i = 0; i < command->n_options; i++) {
         if (command->options[i].kind != CLI_EXTRA_TEXT) {
             words[n++] = command->options[i].name;
         }
@@ -165,7 +164,9 @@ static bool wants_help(int argc, char **argv) {
 }
 
 static int parse(const struct cli_command *command, int argc, char **argv,
-                 const char *operand[CLI_MAX_OPERANDS]) {
+                 struct cli_target *target) {
+    const char **const operand[] = {&target->vehicle, &target->track};
+    const size_t most = command->takes_track ? 2 : 1;
     size_t n = 0;
     bool options = true;
     int status = CLI_OK;
@@ -174,28 +175,86 @@ static int parse(const struct cli_command *command, int argc, char **argv,
             options = false;
         } else if (options && argv[i][0] == '-' && argv[i][1] != '\0') {
             status = parse_option(command, argv, &i);
-        } else if (n == command->most) {
+        } else if (n == most) {
             status = cli_misuse("'%s' is one argument too many: expected %s", argv[i],
-                                command->operands);
+                                cli_operands(command));
         } else {
-            operand[n++] = argv[i];
+            *operand[n++] = argv[i];
         }
     }
-    if (status == CLI_OK && n < command->least) {
-        status = cli_misuse("an argument is missing: expected %s", command->operands);
+    if (status == CLI_OK && target->vehicle == NULL) {
+        status = cli_misuse("an argument is missing: expected %s", cli_operands(command));
     }
     return status;
 }
 
-bool cli_parse(const struct cli_command *command, int argc, char **argv,
-               const char *operand[CLI_MAX_OPERANDS], int *status) {
-    for (size_t i = 0; i < CLI_MAX_OPERANDS; i++) {
-        operand[i] = NULL;
-    }
+bool cli_parse(const struct cli_command *command, int argc, char **argv, struct cli_target *target,
+               int *status) {
+    struct cli_option options[CLI_MAX_OPTIONS + 1];
+    struct cli_command whole = *command;
+    memset(target, 0, sizeof *target);
+    assert(command->n_options <= CLI_MAX_OPTIONS);
+    memcpy(options, command->options, command->n_options * sizeof options[0]);
+    options[whole.n_options++] = (struct cli_option){
+        .name = "--set",
+        .argument = "KEY=VALUE",
+        .kind = CLI_LIST,
+        .value = &target->set,
+        .help = "replace a value of the model file, as often as wanted:\n"
+                "elements.restraint.k_N_m[1]=1e6, track.irregularities.spectrum.seed=7"};
+    whole.options = options;
     if (wants_help(argc, argv)) {
-        *status = cli_help(command);
+        *status = cli_help(&whole);
         return false;
     }
-    *status = parse(command, argc, argv, operand);
+    *status = parse(&whole, argc, argv, target);
     return *status == CLI_OK;
+}
+
+/* ---- options of several sub-commands ---- */
+
+static struct cli_option number(const char *name, const char *argument, double *value,
+                                const char *help) {
+    return (struct cli_option){
+        .name = name, .argument = argument, .kind = CLI_NUMBER, .value = value, .help = help};
+}
+
+struct cli_option cli_speed_option(const char *name, double *value, double low, const char *help) {
+    struct cli_option option = number(name, "V", value, help);
+    option.unit = "m/s";
+    option.low = low;
+    option.high = KL_MAX_SPEED_M_S;
+    return option;
+}
+
+struct cli_option cli_place_option(const char *name, double *value, const char *help) {
+    struct cli_option option = number(name, "S", value, help);
+    option.unit = "m";
+    option.low = -1e6;
+    option.high = 1e6;
+    return option;
+}
+
+struct cli_option cli_time_option(const char *name, double *value, double high, const char *help) {
+    struct cli_option option = number(name, "T", value, help);
+    option.unit = "s";
+    option.high = high;
+    return option;
+}
+
+struct cli_option cli_file_option(const char *name, const char **value, const char *help) {
+    return (struct cli_option){
+        .name = name, .argument = "FILE", .kind = CLI_TEXT, .value = value, .help = help};
+}
+
+struct cli_option cli_maybe_file_option(const char *name, const char **value, const char *help) {
+    struct cli_option option = cli_file_option(name, value, help);
+    option.kind = CLI_MAYBE;
+    return option;
+}
+
+struct cli_option cli_output_option(const char **value, const char *help) {
+    struct cli_option option = cli_file_option("--output", value, help);
+    option.alias = "-o";
+    return option;
 }

@@ -23,7 +23,7 @@ struct arguments {
     const char *json;
     const char *count_only;
     bool instructions;
-    struct cli_list set;
+    struct cli_target target;
 };
 
 struct bench_case {
@@ -62,23 +62,24 @@ static int synthesise(struct bench_case *c) {
     return status == KL_OK ? CLI_OK : cli_fail("irregularities: %s", kl_status_text(status));
 }
 
-static int open_case(struct bench_case *c, int which, const char *const *operand,
-                     const struct arguments *a) {
-    const char *track = which == TRACK ? operand[1] : NULL;
-    struct cli_list set = {0};
+static int open_case(struct bench_case *c, int which, const struct arguments *a) {
+    const struct cli_target *given = &a->target;
+    struct cli_target target = {.vehicle = given->vehicle,
+                                .track = which == TRACK ? given->track : NULL};
     /* the straight case has no track file whose values could be set */
-    for (size_t i = 0; i < a->set.n; i++) {
-        if (track != NULL || operand[1] == NULL || strncmp(a->set.item[i], "track.", 6) != 0) {
-            set.item[set.n++] = a->set.item[i];
+    for (size_t i = 0; i < given->set.n; i++) {
+        if (target.track != NULL || given->track == NULL ||
+            strncmp(given->set.item[i], "track.", 6) != 0) {
+            target.set.item[target.set.n++] = given->set.item[i];
         }
     }
-    int status = cli_model_load(&c->m, operand[0], track, &set);
+    int status = cli_model_load(&c->m, &target);
     if (status != CLI_OK) {
         return status;
     }
     c->vehicle.end_m =
-        track != NULL && c->m.file.track_length_m > 0.0 ? c->m.file.track_length_m : 1e6;
-    if (which == TRACK && track == NULL) {
+        target.track != NULL && c->m.file.track_length_m > 0.0 ? c->m.file.track_length_m : 1e6;
+    if (which == TRACK && target.track == NULL) {
         status = synthesise(c);
     }
     if (status != CLI_OK) {
@@ -171,11 +172,11 @@ static void print_all(const struct bench_case *cases, const struct arguments *a,
 /* ---- the command ---- */
 
 /* What callgrind runs: "straight:1000". */
-static int count_only(const char *const *operand, const struct arguments *a) {
+static int count_only(const struct arguments *a) {
     static struct bench_case c;
     const char *colon = strchr(a->count_only, ':');
     int which = strncmp(a->count_only, case_name[TRACK], strlen(case_name[TRACK])) == 0;
-    int status = open_case(&c, which, operand, a);
+    int status = open_case(&c, which, a);
     if (status == CLI_OK) {
         uint64_t steps = colon != NULL ? strtoull(colon + 1, NULL, 10) : 0;
         printf("%016" PRIx64 "\n", bench_steps(&c.vehicle, steps));
@@ -184,12 +185,11 @@ static int count_only(const char *const *operand, const struct arguments *a) {
     return status;
 }
 
-static int perform(struct bench_case *cases, const char *const *operand, const struct arguments *a,
-                   char *const *arguments) {
+static int perform(struct bench_case *cases, const struct arguments *a, char *const *arguments) {
     int opened = 0;
     int status = CLI_OK;
     while (opened < CASES && status == CLI_OK) {
-        status = open_case(&cases[opened], opened, operand, a);
+        status = open_case(&cases[opened], opened, a);
         opened += status == CLI_OK;
     }
     double calibration_ns = bench_calibrate();
@@ -213,7 +213,6 @@ static int perform(struct bench_case *cases, const char *const *operand, const s
 
 int cmd_bench(int argc, char **argv) {
     struct arguments a = {.steps = 100000, .speed_m_s = 27.0};
-    const char *operand[CLI_MAX_OPERANDS];
     int status = CLI_OK;
     const struct cli_option options[] = {
         {.name = "--steps",
@@ -223,25 +222,15 @@ int cmd_bench(int argc, char **argv) {
          .low = MIN_STEPS,
          .high = MAX_STEPS,
          .help = "steps to measure; default 100000"},
-        {.name = "--speed",
-         .argument = "V",
-         .kind = CLI_NUMBER,
-         .value = &a.speed_m_s,
-         .unit = "m/s",
-         .low = 0.0,
-         .high = KL_MAX_SPEED_M_S,
-         .help = "speed of the vehicle, m/s or with a unit; default 27 m/s"},
-        {.name = "--json",
-         .argument = "FILE",
-         .kind = CLI_MAYBE,
-         .value = &a.json,
-         .help = "the figures as JSON; without FILE, or with -, to standard output\n"
-                 "in place of the text"},
+        cli_speed_option("--speed", &a.speed_m_s, 0.0,
+                         "speed of the vehicle, m/s or with a unit; default 27 m/s"),
+        cli_maybe_file_option("--json", &a.json,
+                              "the figures as JSON; without FILE, or with -, to standard output\n"
+                              "in place of the text"),
         {.name = "--instructions",
          .kind = CLI_FLAG,
          .value = &a.instructions,
          .help = "count instructions per step as well: runs under valgrind, some 10 s"},
-        CLI_SET_OPTION(&a.set),
         {.name = "--count-only",
          .argument = "CASE:N",
          .kind = CLI_EXTRA_TEXT,
@@ -249,9 +238,7 @@ int cmd_bench(int argc, char **argv) {
          .help = ""},
     };
     const struct cli_command command = {
-        .operands = "MODEL [TRACK]",
-        .least = 1,
-        .most = 2,
+        .takes_track = true,
         .purpose =
             "Measures what a step costs: on straight smooth track, and displaced on TRACK or, if\n"
             "none is given, on straight track with irregularities. Median over batches of 100\n"
@@ -262,11 +249,11 @@ int cmd_bench(int argc, char **argv) {
             "klingel bench models/two_axle_wagon.yaml models/demo_track.yaml --json bench.json\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
-    if (!cli_parse(&command, argc, argv, operand, &status)) {
+    if (!cli_parse(&command, argc, argv, &a.target, &status)) {
         return status;
     }
     if (a.count_only != NULL) {
-        return count_only(operand, &a);
+        return count_only(&a);
     }
     struct bench_case *cases = calloc(CASES, sizeof *cases);
     /* for callgrind: the same operands and --set, nothing else */
@@ -274,17 +261,18 @@ int cmd_bench(int argc, char **argv) {
     char set_option[] = "--set";
     char speed[48];
     size_t n = 0;
-    for (size_t i = 0; i < CLI_MAX_OPERANDS && operand[i] != NULL; i++) {
-        again[n++] = (char *)(uintptr_t)operand[i];
+    again[n++] = (char *)(uintptr_t)a.target.vehicle;
+    if (a.target.track != NULL) {
+        again[n++] = (char *)(uintptr_t)a.target.track;
     }
-    for (size_t i = 0; i < a.set.n; i++) {
+    for (size_t i = 0; i < a.target.set.n; i++) {
         again[n++] = set_option;
-        again[n++] = (char *)(uintptr_t)a.set.item[i];
+        again[n++] = (char *)(uintptr_t)a.target.set.item[i];
     }
     snprintf(speed, sizeof speed, "--speed=%.17g", a.speed_m_s);
     again[n++] = speed;
     again[n] = NULL;
-    status = cases != NULL ? perform(cases, operand, &a, again) : cli_fail("out of memory");
+    status = cases != NULL ? perform(cases, &a, again) : cli_fail("out of memory");
     free(cases);
     return cli_flush(status);
 }

@@ -73,27 +73,18 @@ static int perform(const struct kl_model *model, const char *file, const char *g
 int cmd_build(int argc, char **argv) {
     const char *file = NULL;
     const char *name = NULL;
-    struct cli_list set = {0};
-    const char *operand[CLI_MAX_OPERANDS];
+    struct cli_target target;
     int status = CLI_OK;
     const struct cli_option options[] = {
-        {.name = "--output",
-         .alias = "-o",
-         .argument = "FILE",
-         .kind = CLI_TEXT,
-         .value = &file,
-         .help = "the C source; - is standard output; needed"},
+        cli_output_option(&file, "the C source; - is standard output; needed"),
         {.name = "--name",
          .argument = "NAME",
          .kind = CLI_TEXT,
          .value = &name,
          .help = "name of the model in C; default: that of the model file"},
-        CLI_SET_OPTION(&set),
     };
     const struct cli_command command = {
-        .operands = "MODEL [TRACK]",
-        .least = 1,
-        .most = 2,
+        .takes_track = true,
         .purpose =
             "Builds a model and writes it as C source that defines `const struct kl_model NAME`,\n"
             "to be compiled with the core into firmware: the very same numbers, bit by bit, that\n"
@@ -101,7 +92,7 @@ int cmd_build(int argc, char **argv) {
         .example = "klingel build models/two_axle_wagon.yaml models/demo_track.yaml -o wagon.c\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
-    if (!cli_parse(&command, argc, argv, operand, &status)) {
+    if (!cli_parse(&command, argc, argv, &target, &status)) {
         return status;
     }
     if (file == NULL) {
@@ -111,7 +102,7 @@ int cmd_build(int argc, char **argv) {
         return status;
     }
     struct cli_model m;
-    status = cli_model_open(&m, operand[0], operand[1], &set);
+    status = cli_model_open(&m, &target);
     if (status == CLI_OK) {
         status = perform(&m.model, file, name);
         cli_model_close(&m);

@@ -14,7 +14,7 @@ struct arguments {
     struct cli_list solve;
     double solve_m[CLI_MAX_LIST];
     const char *csv;
-    struct cli_list set;
+    struct cli_target target;
 };
 
 /* A pair made afresh outside the model: its definition and memory. */
@@ -332,7 +332,6 @@ static int show(struct cli_model *m, const struct arguments *a) {
 
 int cmd_geometry(int argc, char **argv) {
     struct arguments a = {.every_m = 1e-3};
-    const char *operand[CLI_MAX_OPERANDS];
     int status = CLI_OK;
     const struct cli_option options[] = {
         {.name = "--pair",
@@ -354,18 +353,11 @@ int cmd_geometry(int argc, char **argv) {
          .value = &a.solve,
          .help = "solve the geometry at this u_y, mm, to full accuracy instead of\n"
                  "reading the table; as often as wanted. With --csv only these"},
-        {.name = "--csv",
-         .argument = "FILE",
-         .kind = CLI_MAYBE,
-         .value = &a.csv,
-         .help = "the whole table as CSV in SI units; without FILE, or with -, to\n"
-                 "standard output in place of the text"},
-        CLI_SET_OPTION(&a.set),
+        cli_maybe_file_option("--csv", &a.csv,
+                              "the whole table as CSV in SI units; without FILE, or with -, to\n"
+                              "standard output in place of the text"),
     };
     const struct cli_command command = {
-        .operands = "MODEL",
-        .least = 1,
-        .most = 1,
         .purpose =
             "Wheel-rail geometry against the lateral displacement u_y of the wheelset: roll phi,\n"
             "vertical displacement u_z and their slopes; per side contact points on wheel and\n"
@@ -374,7 +366,7 @@ int cmd_geometry(int argc, char **argv) {
         .example = "klingel geometry models/two_axle_wagon.yaml --every 0.5 --csv table.csv\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
-    if (!cli_parse(&command, argc, argv, operand, &status)) {
+    if (!cli_parse(&command, argc, argv, &a.target, &status)) {
         return status;
     }
     struct cli_model m;
@@ -382,7 +374,7 @@ int cmd_geometry(int argc, char **argv) {
     if (status != CLI_OK) {
         return status;
     }
-    status = cli_model_load(&m, operand[0], NULL, &a.set);
+    status = cli_model_load(&m, &a.target);
     if (status == CLI_OK) {
         status = show(&m, &a);
         cli_model_close(&m);

@@ -20,7 +20,7 @@ struct arguments {
     const char *dbc;
     bool start;
     struct cli_bus layout;
-    struct cli_list set;
+    struct cli_target target;
 };
 
 #define ANY_CPU 100000u
@@ -131,8 +131,8 @@ static int run(const struct kl_model *model, const struct arguments *a) {
     return status;
 }
 
-static int perform(struct cli_model *m, const char *const *operand, const struct arguments *a) {
-    int status = cli_model_load(m, operand[0], operand[1], &a->set);
+static int perform(struct cli_model *m, const struct arguments *a) {
+    int status = cli_model_load(m, &a->target);
     if (status != CLI_OK) {
         return status;
     }
@@ -152,7 +152,6 @@ static int perform(struct cli_model *m, const char *const *operand, const struct
 int cmd_hil(int argc, char **argv) {
     struct arguments a = {
         .bus = "auto", .priority = KL_REALTIME_PRIORITY, .cpu = ANY_CPU, .layout = {.divider = 1}};
-    const char *operand[CLI_MAX_OPERANDS];
     int status = CLI_OK;
     const struct cli_option options[] = {
         {.name = "--bus",
@@ -166,31 +165,12 @@ int cmd_hil(int argc, char **argv) {
          .kind = CLI_FLAG,
          .value = &a.start,
          .help = "run at once; default: wait for the start command on the bus"},
-        {.name = "--speed",
-         .argument = "V",
-         .kind = CLI_NUMBER,
-         .value = &a.speed_m_s,
-         .unit = "m/s",
-         .low = 0.0,
-         .high = KL_MAX_SPEED_M_S,
-         .help = "speed at the start and set-point until the bus commands another,\n"
-                 "m/s or with a unit (72km/h); default 0"},
-        {.name = "--from",
-         .argument = "S",
-         .kind = CLI_NUMBER,
-         .value = &a.from_m,
-         .unit = "m",
-         .low = -1e6,
-         .high = 1e6,
-         .help = "where on the track to start, m; default 0"},
-        {.name = "--time",
-         .argument = "T",
-         .kind = CLI_NUMBER,
-         .value = &a.time_s,
-         .unit = "s",
-         .low = 0.0,
-         .high = 1e8,
-         .help = "end after T, s or with a unit; default 0, never"},
+        cli_speed_option("--speed", &a.speed_m_s, 0.0,
+                         "speed at the start and set-point until the bus commands another,\n"
+                         "m/s or with a unit (72km/h); default 0"),
+        cli_place_option("--from", &a.from_m, "where on the track to start, m; default 0"),
+        cli_time_option("--time", &a.time_s, 1e8,
+                        "end after T, s or with a unit; default 0, never"),
         {.name = "--clock",
          .argument = "realtime|lockstep",
          .kind = CLI_CHOICE,
@@ -217,24 +197,14 @@ int cmd_hil(int argc, char **argv) {
          .low = 0,
          .high = MAX_CPU,
          .help = "stay on this processor; default any"},
-        CLI_DIVIDER_OPTION(&a.layout),
-        CLI_BIT_RATE_OPTION(&a.layout),
-        {.name = "--report",
-         .argument = "FILE",
-         .kind = CLI_TEXT,
-         .value = &a.report,
-         .help = "the timing report with histograms and all counts as JSON"},
-        {.name = "--dbc",
-         .argument = "FILE",
-         .kind = CLI_TEXT,
-         .value = &a.dbc,
-         .help = "write the DBC of this bus first, as klingel dbc does"},
-        CLI_SET_OPTION(&a.set),
+        cli_divider_option(&a.layout),
+        cli_bit_rate_option(&a.layout),
+        cli_file_option("--report", &a.report,
+                        "the timing report with histograms and all counts as JSON"),
+        cli_file_option("--dbc", &a.dbc, "write the DBC of this bus first, as klingel dbc does"),
     };
     const struct cli_command command = {
-        .operands = "MODEL [TRACK]",
-        .least = 1,
-        .most = 2,
+        .takes_track = true,
         .purpose =
             "Runs a vehicle in real time on a CAN bus: its states go out in the messages that\n"
             "klingel signals describes; run control and speed set-points are taken from it. A bus\n"
@@ -244,9 +214,9 @@ int cmd_hil(int argc, char **argv) {
             "klingel hil models/two_axle_wagon.yaml models/demo_track.yaml --speed 27 --start\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
-    if (!cli_parse(&command, argc, argv, operand, &status)) {
+    if (!cli_parse(&command, argc, argv, &a.target, &status)) {
         return status;
     }
     static struct cli_model m;
-    return perform(&m, operand, &a);
+    return perform(&m, &a);
 }

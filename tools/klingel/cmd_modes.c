@@ -24,7 +24,7 @@ struct arguments {
     const char *critical;
     double at_m;
     const char *csv;
-    struct cli_list set;
+    struct cli_target target;
 };
 
 struct job {
@@ -332,8 +332,8 @@ static int perform(struct job *job, const struct arguments *a) {
 }
 
 /* The model on smooth track: a mode knows no irregularities. */
-static int open_smooth(struct cli_model *m, const char *const *operand, const struct arguments *a) {
-    int status = cli_model_load(m, operand[0], operand[1], &a->set);
+static int open_smooth(struct cli_model *m, const struct arguments *a) {
+    int status = cli_model_load(m, &a->target);
     if (status == CLI_OK) {
         m->file.track.irregularity.n_samples = 0;
         status = cli_model_build(m);
@@ -357,17 +357,10 @@ static int check(const struct arguments *a) {
 
 int cmd_modes(int argc, char **argv) {
     struct arguments a = {.speed_m_s = CLI_NOT_GIVEN};
-    const char *operand[CLI_MAX_OPERANDS];
     int status = CLI_OK;
     const struct cli_option options[] = {
-        {.name = "--speed",
-         .argument = "V",
-         .kind = CLI_NUMBER,
-         .value = &a.speed_m_s,
-         .unit = "m/s",
-         .low = LOWEST_SPEED,
-         .high = KL_MAX_SPEED_M_S,
-         .help = "modes at one speed, m/s or with a unit (72km/h); 0.1..150 m/s"},
+        cli_speed_option("--speed", &a.speed_m_s, LOWEST_SPEED,
+                         "modes at one speed, m/s or with a unit (72km/h); 0.1..150 m/s"),
         {.name = "--speeds",
          .argument = "A:B:STEP",
          .kind = CLI_TEXT,
@@ -379,27 +372,15 @@ int cmd_modes(int argc, char **argv) {
          .value = &a.critical,
          .help = "every speed at which stability changes, to 1e-6 m/s: looked for in\n"
                  "steps of 0.5 m/s, then bisected; default 1:150 m/s"},
-        {.name = "--at",
-         .argument = "S",
-         .kind = CLI_NUMBER,
-         .value = &a.at_m,
-         .unit = "m",
-         .low = -1e6,
-         .high = 1e6,
-         .help = "where on the track, m; default 0. The whole vehicle should stand on\n"
-                 "one curvature there"},
-        {.name = "--csv",
-         .argument = "FILE",
-         .kind = CLI_MAYBE,
-         .value = &a.csv,
-         .help = "the modes as CSV (with --critical alone: the critical speeds);\n"
-                 "without FILE, or with -, to standard output in place of the text"},
-        CLI_SET_OPTION(&a.set),
+        cli_place_option("--at", &a.at_m,
+                         "where on the track, m; default 0. The whole vehicle should stand on\n"
+                         "one curvature there"),
+        cli_maybe_file_option("--csv", &a.csv,
+                              "the modes as CSV (with --critical alone: the critical speeds);\n"
+                              "without FILE, or with -, to standard output in place of the text"),
     };
     const struct cli_command command = {
-        .operands = "MODEL [TRACK]",
-        .least = 1,
-        .most = 2,
+        .takes_track = true,
         .purpose =
             "Eigenvalues of a vehicle about its steady state: straight track (default) or where\n"
             "--at says on TRACK; irregularities are left out. Prints frequency, damping ratio\n"
@@ -412,11 +393,11 @@ int cmd_modes(int argc, char **argv) {
                    "klingel modes models/two_axle_wagon.yaml --speeds 10:60:10 --csv modes.csv\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
-    if (!cli_parse(&command, argc, argv, operand, &status) || (status = check(&a)) != CLI_OK) {
+    if (!cli_parse(&command, argc, argv, &a.target, &status) || (status = check(&a)) != CLI_OK) {
         return status;
     }
     struct cli_model m;
-    status = open_smooth(&m, operand, &a);
+    status = open_smooth(&m, &a);
     if (status != CLI_OK) {
         return status;
     }

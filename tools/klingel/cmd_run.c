@@ -19,7 +19,7 @@ struct arguments {
     const char *csv;
     bool final_hash;
     struct cli_list initial;
-    struct cli_list set;
+    struct cli_target target;
 };
 
 struct run {
@@ -140,42 +140,16 @@ int cmd_run(int argc, char **argv) {
                           .target_m_s = CLI_NOT_GIVEN,
                           .time_s = CLI_NOT_GIVEN,
                           .every = 1};
-    const char *operand[CLI_MAX_OPERANDS];
     int status = CLI_OK;
     const struct cli_option options[] = {
-        {.name = "--speed",
-         .argument = "V",
-         .kind = CLI_NUMBER,
-         .value = &a.speed_m_s,
-         .unit = "m/s",
-         .low = 0.0,
-         .high = KL_MAX_SPEED_M_S,
-         .help = "speed at the start, m/s or with a unit (72km/h); 0..150 m/s; needed"},
-        {.name = "--time",
-         .argument = "T",
-         .kind = CLI_NUMBER,
-         .value = &a.time_s,
-         .unit = "s",
-         .low = 0.0,
-         .high = 1e9,
-         .help = "simulated time, s or with a unit (5min); needed"},
-        {.name = "--speed-to",
-         .argument = "V",
-         .kind = CLI_NUMBER,
-         .value = &a.target_m_s,
-         .unit = "m/s",
-         .low = 0.0,
-         .high = KL_MAX_SPEED_M_S,
-         .help = "set-point of the speed, reached at the model's acceleration\n"
-                 "limit; default: the speed at the start"},
-        {.name = "--from",
-         .argument = "S",
-         .kind = CLI_NUMBER,
-         .value = &a.from_m,
-         .unit = "m",
-         .low = -1e6,
-         .high = 1e6,
-         .help = "where on the track to start, m; default 0"},
+        cli_speed_option("--speed", &a.speed_m_s, 0.0,
+                         "speed at the start, m/s or with a unit (72km/h); 0..150 m/s; needed"),
+        cli_time_option("--time", &a.time_s, 1e9,
+                        "simulated time, s or with a unit (5min); needed"),
+        cli_speed_option("--speed-to", &a.target_m_s, 0.0,
+                         "set-point of the speed, reached at the model's acceleration\n"
+                         "limit; default: the speed at the start"),
+        cli_place_option("--from", &a.from_m, "where on the track to start, m; default 0"),
         {.name = "--initial",
          .argument = "PART.COORDINATE=X",
          .kind = CLI_LIST,
@@ -184,12 +158,9 @@ int cmd_run(int argc, char **argv) {
                  "body.y=10mm, body.roll_rate=0.1; SI or with a unit. For wheelsets y,\n"
                  "yaw, y_rate, yaw_rate, spin; for bodies y, z, roll, pitch, yaw and\n"
                  "their rates; rates relative to the track. Default: at rest, centred"},
-        {.name = "--csv",
-         .argument = "FILE",
-         .kind = CLI_MAYBE,
-         .value = &a.csv,
-         .help = "states and forces as CSV in SI units; without FILE, or with -, to\n"
-                 "standard output in place of the summary"},
+        cli_maybe_file_option("--csv", &a.csv,
+                              "states and forces as CSV in SI units; without FILE, or with -, to\n"
+                              "standard output in place of the summary"),
         {.name = "--every",
          .argument = "N",
          .kind = CLI_COUNT,
@@ -201,12 +172,9 @@ int cmd_run(int argc, char **argv) {
          .kind = CLI_FLAG,
          .value = &a.final_hash,
          .help = "print nothing but the hash of the last state, for regression tests"},
-        CLI_SET_OPTION(&a.set),
     };
     const struct cli_command command = {
-        .operands = "MODEL [TRACK]",
-        .least = 1,
-        .most = 2,
+        .takes_track = true,
         .purpose =
             "Simulates a vehicle on a track (default: straight, level, smooth) as fast as "
             "possible.\n"
@@ -217,14 +185,14 @@ int cmd_run(int argc, char **argv) {
                    "    --time 30 --csv run.csv --every 10\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
-    if (!cli_parse(&command, argc, argv, operand, &status)) {
+    if (!cli_parse(&command, argc, argv, &a.target, &status)) {
         return status;
     }
     if (isnan(a.speed_m_s) || isnan(a.time_s)) {
         return cli_misuse("%s is missing", isnan(a.speed_m_s) ? "--speed V" : "--time T");
     }
     struct cli_model m;
-    status = cli_model_open(&m, operand[0], operand[1], &a.set);
+    status = cli_model_open(&m, &a.target);
     if (status == CLI_OK) {
         status = perform(&m.model, &a);
         cli_model_close(&m);

@@ -19,39 +19,26 @@ int cmd_signals(int argc, char **argv) {
     const char *csv = NULL;
     const char *file = "-";
     struct cli_bus bus = {.divider = 1};
-    struct cli_list set = {0};
-    const char *operand[CLI_MAX_OPERANDS];
+    struct cli_target target;
     int status = CLI_OK;
     const struct cli_option options[] = {
-        {.name = "--output",
-         .alias = "-o",
-         .argument = "FILE",
-         .kind = CLI_TEXT,
-         .value = &file,
-         .help = "write to FILE; default -, standard output"},
-        {.name = "--csv",
-         .argument = "FILE",
-         .kind = CLI_MAYBE,
-         .value = &csv,
-         .help = "one line per signal of every message as CSV; without FILE, or\n"
-                 "with -, to standard output in place of the document"},
-        CLI_DIVIDER_OPTION(&bus),
-        CLI_SET_OPTION(&set),
+        cli_output_option(&file, "write to FILE; default -, standard output"),
+        cli_maybe_file_option("--csv", &csv,
+                              "one line per signal of every message as CSV; without FILE, or\n"
+                              "with -, to standard output in place of the document"),
+        cli_divider_option(&bus),
     };
     const struct cli_command command = {
-        .operands = "MODEL",
-        .least = 1,
-        .most = 1,
         .purpose = "Describes the messages and signals of a vehicle's bus as a Markdown document:\n"
                    "identifiers, cycle times, bits, factors, units, ranges, meanings; bus load.",
         .example = "klingel signals models/two_axle_wagon.yaml -o signals.md --csv signals.csv\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
-    if (!cli_parse(&command, argc, argv, operand, &status)) {
+    if (!cli_parse(&command, argc, argv, &target, &status)) {
         return status;
     }
     struct cli_model m;
-    status = cli_model_load(&m, operand[0], NULL, &set);
+    status = cli_model_load(&m, &target);
     if (status != CLI_OK) {
         return status;
     }
