@@ -193,14 +193,24 @@ static int choose(const struct cli_model *m, const char *name, uint32_t *first, 
                       near != NULL ? near : names[0]);
 }
 
+/* An arena as large as the pair's own, in memory to be freed. NULL: printed. */
+static void *scratch(const struct work *w, struct kl_arena *arena) {
+    void *memory = malloc(w->size);
+    if (memory == NULL) {
+        (void)cli_fail("out of memory");
+    } else {
+        kl_arena_init(arena, memory, w->size);
+    }
+    return memory;
+}
+
 static int solve_at(const struct work *w, double u_y_m, struct kl_posture *posture) {
     struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
     struct kl_arena arena;
-    void *memory = malloc(w->size);
+    void *memory = scratch(w, &arena);
     if (memory == NULL) {
-        return cli_fail("out of memory");
+        return CLI_FAILED;
     }
-    kl_arena_init(&arena, memory, w->size);
     enum kl_status status = kl_pair_solve(w->def, &arena, u_y_m, posture, &diag);
     free(memory);
     return status == KL_OK ? CLI_OK
@@ -211,11 +221,10 @@ static int solve_at(const struct work *w, double u_y_m, struct kl_posture *postu
 static int linear_of(const struct work *w, struct kl_linear_geometry *linear) {
     struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
     struct kl_arena arena;
-    void *memory = malloc(w->size);
+    void *memory = scratch(w, &arena);
     if (memory == NULL) {
-        return cli_fail("out of memory");
+        return CLI_FAILED;
     }
-    kl_arena_init(&arena, memory, w->size);
     enum kl_status status = kl_pair_linear(w->def, &arena, linear, &diag);
     free(memory);
     return status == KL_OK ? CLI_OK
