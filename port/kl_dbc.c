@@ -1,6 +1,8 @@
 /* The signal table as a DBC file; see kl_dbc.h. */
 #include "kl_dbc.h"
 
+#include "kl_signals_text.h"
+
 struct writer {
     struct kl_text text;
     const struct kl_layout *layout;
@@ -28,15 +30,7 @@ static void put_int(struct writer *w, int64_t value) {
 }
 
 static void put_scaled(struct writer *w, const struct kl_signal *signal, int64_t raw) {
-    kl_text_decimal(&w->text, (raw + signal->raw_offset) * signal->mantissa, signal->digits);
-}
-
-static const char *sender(const struct kl_message *message) {
-    return message->sender == KL_SENT_BY_NODE ? "Klingel" : "Bench";
-}
-
-static const char *receiver(const struct kl_message *message) {
-    return message->sender == KL_SENT_BY_NODE ? "Bench" : "Klingel";
+    kl_signals_text_value(&w->text, signal, raw);
 }
 
 /* ` SG_ Name : start|length@1+ (factor,offset) [min|max] "unit" receiver` */
@@ -72,10 +66,10 @@ static void put_message(struct writer *w, const struct kl_message *message, uint
     put(w, ": ");
     put_int(w, message->length);
     put(w, " ");
-    put(w, sender(message));
+    put(w, kl_signals_text_sender(message));
     put(w, "\n");
     for (uint32_t i = 0; i < message->n_signals; i++) {
-        put_signal(w, &message->signals[i], receiver(message));
+        put_signal(w, &message->signals[i], kl_signals_text_receiver(message));
     }
     put(w, "\n");
 }
@@ -194,11 +188,11 @@ static void put_definitions(struct writer *w) {
 }
 
 enum kl_status kl_dbc_write(const struct kl_layout *layout, const struct kl_text_sink *sink) {
-    enum kl_status checked = kl_layout_check(layout);
-    if (checked != KL_OK || sink == NULL || sink->write == NULL) {
-        return checked != KL_OK ? checked : KL_ERR_ARGUMENT;
+    struct writer w = {.layout = layout};
+    enum kl_status begun = kl_signals_text_begin(&w.text, layout, sink);
+    if (begun != KL_OK) {
+        return begun;
     }
-    struct writer w = {.text = {.sink = sink}, .layout = layout};
     put_head(&w);
     each_message(&w, put_message);
     put_network_comments(&w);

@@ -1,11 +1,31 @@
 /* The signal table as text: CSV for machines and for the hash, Markdown for people. */
-#include "kl_signals.h"
+#include "kl_signals_text.h"
 
-/* ---- CSV ---- */
+/* ---- of all documents ---- */
 
-static void put_decimal(struct kl_text *text, const struct kl_signal *signal, int64_t raw) {
+enum kl_status kl_signals_text_begin(struct kl_text *text, const struct kl_layout *layout,
+                                     const struct kl_text_sink *sink) {
+    enum kl_status checked = kl_layout_check(layout);
+    if (checked != KL_OK || sink == NULL || sink->write == NULL) {
+        return checked != KL_OK ? checked : KL_ERR_ARGUMENT;
+    }
+    *text = (struct kl_text){.sink = sink};
+    return KL_OK;
+}
+
+void kl_signals_text_value(struct kl_text *text, const struct kl_signal *signal, int64_t raw) {
     kl_text_decimal(text, (raw + signal->raw_offset) * signal->mantissa, signal->digits);
 }
+
+const char *kl_signals_text_sender(const struct kl_message *message) {
+    return message->sender == KL_SENT_BY_NODE ? "Klingel" : "Bench";
+}
+
+const char *kl_signals_text_receiver(const struct kl_message *message) {
+    return message->sender == KL_SENT_BY_NODE ? "Bench" : "Klingel";
+}
+
+/* ---- CSV ---- */
 
 static void put_values(struct kl_text *text, const struct kl_signal *signal, const char *between) {
     for (uint32_t i = 0; i < signal->n_values; i++) {
@@ -25,11 +45,11 @@ static void csv_signal(struct kl_text *text, const struct kl_signal *signal) {
     kl_text_put(text, signal->is_signed ? ",1," : ",0,");
     kl_text_decimal(text, signal->mantissa, signal->digits);
     kl_text_put(text, ",");
-    put_decimal(text, signal, 0);
+    kl_signals_text_value(text, signal, 0);
     kl_text_put(text, ",");
-    put_decimal(text, signal, kl_signal_raw_min(signal));
+    kl_signals_text_value(text, signal, kl_signal_raw_min(signal));
     kl_text_put(text, ",");
-    put_decimal(text, signal, kl_signal_raw_max(signal));
+    kl_signals_text_value(text, signal, kl_signal_raw_max(signal));
     kl_text_put(text, ",");
     if (signal->has_invalid) {
         kl_text_int(text, kl_signal_raw_invalid(signal));
@@ -50,7 +70,9 @@ static void csv_message(struct kl_text *text, const struct kl_layout *layout,
         kl_text_hex(text, message->id + instance, 3);
         kl_text_put(text, ",");
         kl_text_bytes(text, name, length);
-        kl_text_put(text, message->sender == KL_SENT_BY_NODE ? ",Klingel," : ",Bench,");
+        kl_text_put(text, ",");
+        kl_text_put(text, kl_signals_text_sender(message));
+        kl_text_put(text, ",");
         kl_text_int(text, (int64_t)kl_message_cycle_us(layout, message));
         kl_text_put(text, ",");
         kl_text_int(text, message->length);
@@ -64,11 +86,11 @@ static void csv_message(struct kl_text *text, const struct kl_layout *layout,
 }
 
 enum kl_status kl_signals_csv(const struct kl_layout *layout, const struct kl_text_sink *sink) {
-    enum kl_status checked = kl_layout_check(layout);
-    if (checked != KL_OK || sink == NULL || sink->write == NULL) {
-        return checked != KL_OK ? checked : KL_ERR_ARGUMENT;
+    struct kl_text text;
+    enum kl_status begun = kl_signals_text_begin(&text, layout, sink);
+    if (begun != KL_OK) {
+        return begun;
     }
-    struct kl_text text = {.sink = sink};
     const struct kl_message *messages = kl_signal_messages();
     kl_text_put(&text, "id,message,sender,cycle_us,bytes,data_id,timeout_cycles,signal,start,"
                        "length,signed,factor,offset,minimum,maximum,invalid_raw,unit,values\n");
@@ -131,7 +153,9 @@ static void markdown_row(struct kl_text *text, const struct kl_layout *layout,
     put_identifier(text, message);
     kl_text_put(text, " | ");
     kl_text_put(text, message->name);
-    kl_text_put(text, message->sender == KL_SENT_BY_NODE ? " | Klingel | " : " | Bench | ");
+    kl_text_put(text, " | ");
+    kl_text_put(text, kl_signals_text_sender(message));
+    kl_text_put(text, " | ");
     put_cycle(text, layout, message);
     kl_text_put(text, " | ");
     kl_text_put(text, message->comment);
@@ -148,9 +172,9 @@ static void markdown_signal(struct kl_text *text, const struct kl_signal *signal
     kl_text_put(text, signal->is_signed ? " signed | " : " | ");
     kl_text_decimal(text, signal->mantissa, signal->digits);
     kl_text_put(text, " | ");
-    put_decimal(text, signal, kl_signal_raw_min(signal));
+    kl_signals_text_value(text, signal, kl_signal_raw_min(signal));
     kl_text_put(text, " .. ");
-    put_decimal(text, signal, kl_signal_raw_max(signal));
+    kl_signals_text_value(text, signal, kl_signal_raw_max(signal));
     kl_text_put(text, " | ");
     kl_text_put(text, signal->unit);
     kl_text_put(text, " | ");
@@ -189,11 +213,11 @@ static void markdown_message(struct kl_text *text, const struct kl_message *mess
 
 enum kl_status kl_signals_markdown(const struct kl_layout *layout,
                                    const struct kl_text_sink *sink) {
-    enum kl_status checked = kl_layout_check(layout);
-    if (checked != KL_OK || sink == NULL || sink->write == NULL) {
-        return checked != KL_OK ? checked : KL_ERR_ARGUMENT;
+    struct kl_text text;
+    enum kl_status begun = kl_signals_text_begin(&text, layout, sink);
+    if (begun != KL_OK) {
+        return begun;
     }
-    struct kl_text text = {.sink = sink};
     const struct kl_message *messages = kl_signal_messages();
     kl_text_put(&text, "| Identifier | Message | Sender | Cycle | Meaning |\n"
                        "|---|---|---|---|---|\n");
