@@ -5,26 +5,27 @@
 
 #include "model_convert.h"
 
-static void format_key(char key[MODEL_PATH_SIZE], const char *format, va_list args) {
-    vsnprintf(key, MODEL_PATH_SIZE, format, args);
+static bool check_at(struct model_parts *parts, bool ok, const char *what, const char *key_format,
+                     va_list args) {
+    char key[MODEL_PATH_SIZE];
+    vsnprintf(key, sizeof key, key_format, args);
+    return model_check(parts, ok, what, "%s", key);
 }
 
 bool model_positive(struct model_parts *parts, double value, const char *key_format, ...) {
-    char key[MODEL_PATH_SIZE];
     va_list args;
     va_start(args, key_format);
-    format_key(key, key_format, args);
+    bool ok = check_at(parts, value > 0.0, "must be > 0", key_format, args);
     va_end(args);
-    return model_check(parts, value > 0.0, "must be > 0", "%s", key);
+    return ok;
 }
 
 bool model_not_negative(struct model_parts *parts, double value, const char *key_format, ...) {
-    char key[MODEL_PATH_SIZE];
     va_list args;
     va_start(args, key_format);
-    format_key(key, key_format, args);
+    bool ok = check_at(parts, value >= 0.0, "must be >= 0", key_format, args);
     va_end(args);
-    return model_check(parts, value >= 0.0, "must be >= 0", "%s", key);
+    return ok;
 }
 
 void model_check_name(struct model_parts *parts, const char *name, const char *key_format, ...) {
@@ -32,12 +33,10 @@ void model_check_name(struct model_parts *parts, const char *name, const char *k
     for (const char *c = name; *c != '\0'; c++) {
         good = good && (isalnum((unsigned char)*c) != 0 || *c == '_');
     }
-    char key[MODEL_PATH_SIZE];
     va_list args;
     va_start(args, key_format);
-    format_key(key, key_format, args);
+    check_at(parts, good, "must be a letter followed by letters, digits and _", key_format, args);
     va_end(args);
-    model_check(parts, good, "must be a letter followed by letters, digits and _", "%s", key);
 }
 
 void model_check_title(struct model_parts *parts, const char *title) {
