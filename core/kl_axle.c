@@ -81,14 +81,28 @@ static void read_tables(const struct kl_pair *restrict pair, const struct outboa
         KL_LANE(ride->rest, g) = h.second * (rate * rate) + h.slope * KL_LANE(out->rest, g);
         KL_LANE(axle->arm, g) = BETWEEN(cells, arm_m, g);
         KL_LANE(axle->radius, g) = BETWEEN(cells, radius_m, g);
-        KL_LANE(axle->sin_delta, g) = BETWEEN(cells, sin_delta, g);
-        const kl_lane cos_delta = BETWEEN(cells, cos_delta, g);
-        KL_LANE(axle->cos_delta, g) = cos_delta;
-        KL_LANE(axle->inv_cos, g) = KL_R(1) / cos_delta;
         KL_LANE(axle->f11, g) = BETWEEN(cells, f11_1, g);
         KL_LANE(axle->f22, g) = BETWEEN(cells, f22_1, g);
         KL_LANE(axle->f23, g) = BETWEEN(cells, f23_1, g);
         KL_LANE(axle->f33, g) = BETWEEN(cells, f33_1, g);
+    }
+}
+
+/*
+ * The contact plane, from how the constraint moves the wheelset: z_y + s arm phi_y = -s tan(delta) (1 - r phi_y). Between rows,
+ * above all in the one in which a contact jumps, angles interpolated by themselves would contradict the heights, and the
+ * wheels' forces the motion.
+ */
+static inline void find_contact_planes(struct kl_axle *axle) {
+    KL_EACH_LANE(g) {
+        const kl_lane s_z_y = kl_lane_of(axle->z_y, -axle->z_y, g);
+        const kl_lane held = KL_R(1) - KL_LANE(axle->radius, g) * axle->phi_y;
+        const kl_lane tangent = -(s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
+        const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
+        const kl_lane cos_delta = KL_R(1) / inv_cos;
+        KL_LANE(axle->inv_cos, g) = inv_cos;
+        KL_LANE(axle->cos_delta, g) = cos_delta;
+        KL_LANE(axle->sin_delta, g) = tangent * cos_delta;
     }
 }
 
@@ -135,6 +149,7 @@ void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restric
     const kl_real q_l = pair->share[KL_LEFT];
     axle->z_y = q_r * ride.slope[KL_RIGHT] - q_l * ride.slope[KL_LEFT];
     axle->phi_y = KL_SUM(ride.slope) * inv_base;
+    find_contact_planes(axle);
     axle->z = (q_r * ride.height[KL_RIGHT] + q_l * ride.height[KL_LEFT]) + track->value.vertical_m;
     axle->z_rate =
         (q_r * ride.rate[KL_RIGHT] + q_l * ride.rate[KL_LEFT]) + v * track->slope.vertical_m;

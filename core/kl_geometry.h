@@ -81,11 +81,13 @@ struct kl_pair_def {
  * of the normal load in newton: f11 = f11_1 N^(2/3), f22 likewise, f23 = f23_1 N, f33 = f33_1
  * N^(4/3). */
 struct kl_row {
-    kl_real height_m;  /* H, positive down */
-    kl_real height_w;  /* dH/dw */
-    kl_real arm_m;     /* lateral distance of the contact point from the middle of the axle */
-    kl_real radius_m;  /* rolling radius at the contact */
-    kl_real sin_delta; /* of the contact angle of the rail: the common tangent, against the track */
+    kl_real height_m; /* H, positive down */
+    kl_real height_w; /* dH/dw */
+    kl_real arm_m;    /* lateral distance of the contact point from the middle of the axle */
+    kl_real radius_m; /* rolling radius at the contact */
+    /* Of the contact angle of the rail: the common tangent, against the track. For reading; a step takes
+     * the contact plane from the heights' slopes, with which the wheels' forces do no work. */
+    kl_real sin_delta;
     kl_real cos_delta;
     kl_real f11_1;
     kl_real f22_1;
