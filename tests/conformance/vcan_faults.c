@@ -87,7 +87,13 @@ static void sender_outlives(const char *what) {
 static void down_and_up_under_a_sender(void **state) {
     (void)state;
     sender_outlives("(sleep 0.3; ip link set %1$s down; sleep 0.3; ip link set %1$s up) &");
-    assert_int_equal(heard_by_peer(), counts().sent);
+    /* What the kernel has taken and not yet delivered as the interface goes down it throws away, and tells
+     * nobody: a frame or two at this rate. */
+    const unsigned in_flight = 3;
+    const unsigned heard = heard_by_peer();
+    const unsigned sent = (unsigned)counts().sent;
+    assert_true(heard <= sent);
+    assert_in_range(sent - heard, 0, in_flight);
 }
 
 static void unplugged_and_plugged_under_a_sender(void **state) {
