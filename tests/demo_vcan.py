@@ -16,7 +16,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FOREIGN = {0x7AB, 0x010}  # what the session below sends itself: nonsense, and a malformed command
-IN_FLIGHT = 60  # frames that the kernel had taken when vcan0 went down: a few cycles' worth
+IN_FLIGHT = 1000  # net.core.netdev_max_backlog: what the kernel may have taken, and drops as vcan0 goes down
 LINE = re.compile(r"^\((\d+\.\d+)\) (\S+) ([0-9A-F]{3})#([0-9A-F]*)")
 
 SCRIPT = """
