@@ -357,9 +357,8 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
 /* Interpolation in a row pair: heights by the cubic that also meets the slopes, the rest linear. */
 static void read_row(const struct kl_pair *pair, const struct kl_side_table *table, kl_real w,
                      struct kl_row *out) {
-    kl_real place = w * pair->inv_step_1_m + (kl_real)pair->half;
-    const kl_real last = (kl_real)(2u * pair->half);
-    place = kl_min_real(kl_max_real(place, KL_R(0)), last);
+    const kl_real from_start = w * pair->inv_step_1_m + (kl_real)pair->half;
+    const kl_real place = kl_clamp(from_start, KL_R(0), (kl_real)(2u * pair->half));
     uint32_t i = (uint32_t)place;
     i = i < 2u * pair->half ? i : 2u * pair->half - 1u;
     const kl_real t = place - (kl_real)i;

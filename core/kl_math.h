@@ -1,6 +1,6 @@
 /*
- * kl_math.h - the core's own elementary functions: no libm, the same bits everywhere. Internal to
- * the core.
+ * kl_math.h - the core's own elementary functions: no libm, the same bits everywhere. Not part of
+ * klingel.h; the port and the tools include it where a result must not depend on the host's libm.
  *
  * kl_sqrt is correctly rounded (the instruction where there is one, integer arithmetic where not,
  * the same bits). The others are within a few units in the last place of double, which nothing

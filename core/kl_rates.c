@@ -2,7 +2,6 @@
 #include "kl_rates.h"
 
 #include "kl_math.h"
-#include "kl_suspension.h"
 #include "kl_track_read.h"
 
 /* The usual body has all freedoms: nothing to pick. */

@@ -5,6 +5,7 @@
 #define KL_RATES_H
 
 #include "kl_axle.h"
+#include "kl_suspension.h"
 
 /* When and how fast a stage stands. */
 struct kl_stage {
@@ -31,15 +32,6 @@ struct kl_evaluation {
     struct kl_axle_forces forces[KL_MAX_WHEELSETS];
     uint32_t faults;
 };
-
-/* How many freedoms a body has. */
-static inline uint32_t kl_freedoms_of(const struct kl_body *body) {
-    uint32_t n = 0;
-    for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-        n += (body->freedoms >> f) & 1u;
-    }
-    return n;
-}
 
 /* Reads one body's states; a freedom that it does not have follows the track. Returns the next
  * body's states. */

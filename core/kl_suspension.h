@@ -4,6 +4,15 @@
 
 #include "kl_vehicle.h"
 
+/* How many freedoms a body has. */
+static inline uint32_t kl_freedoms_of(const struct kl_body *body) {
+    uint32_t n = 0;
+    for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+        n += (body->freedoms >> f) & 1u;
+    }
+    return n;
+}
+
 /* Coordinates of body b's five freedoms and wheelset w's four (y, z, roll, yaw) in a vehicle of
  * n_bodies. */
 static inline uint32_t kl_body_coordinate(uint32_t b) {

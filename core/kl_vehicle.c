@@ -145,14 +145,6 @@ static void set_wheelset(struct kl_wheelset *to, const struct kl_wheelset_def *f
     to->creep = from->creep;
 }
 
-static uint32_t count_freedoms(uint32_t freedoms) {
-    uint32_t n = 0;
-    for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-        n += (freedoms & KL_HAS(f)) != 0 ? 1u : 0u;
-    }
-    return n;
-}
-
 static enum kl_status build_pairs(const struct kl_vehicle_def *def, struct kl_arena *arena,
                                   struct kl_model *model, struct kl_diag *diag) {
     struct kl_pair *pairs = kl_arena_take(arena, def->n_pairs, sizeof *pairs);
@@ -193,7 +185,7 @@ static enum kl_status build_parts(const struct kl_vehicle_def *def, struct kl_ar
     model->n_states = KL_WHEELSET_STATES * def->n_wheelsets;
     for (uint32_t i = 0; i < def->n_bodies; i++) {
         set_body(&bodies[i], &def->bodies[i]);
-        model->n_states += 2u * count_freedoms(bodies[i].freedoms);
+        model->n_states += 2u * kl_freedoms_of(&bodies[i]);
     }
     for (uint32_t i = 0; i < def->n_wheelsets; i++) {
         set_wheelset(&wheelsets[i], &def->wheelsets[i], &preload[4u * i], def->gravity_m_s2);
