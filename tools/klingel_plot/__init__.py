@@ -1,0 +1,1 @@
+"""Pictures for klingel: a description in JSON in, a picture out."""

@@ -1,0 +1,135 @@
+"""From the description of a picture to Matplotlib.
+
+The description is one JSON object, `?` marks what may be null:
+
+  {"klingel_plot": 1, "format": "png" | "pdf" | "svg", "title": TEXT, "notes": TEXT?, "panels": [PANEL, ...]}
+
+PANEL is a rectangle of cells in a grid whose columns are equally wide:
+  {"row": 0, "column": 0, "rows": 1, "columns": 1, "title": TEXT?, "x_label": TEXT?, "y_label": TEXT?,
+   "x_range": [low, high]?, "y_range": [low, high]?, "equal": false, "y_down": false, "items": [ITEM, ...]}
+`equal`: the same scale on both axes. Labels carry the unit in brackets; numbers are in that unit.
+
+ITEM is drawn in the order given; colours and pens are the names in style.py:
+  {"kind": "line", STYLE, "x": [...], "y": [...]}                     null in x or y: a gap
+  {"kind": "rays", STYLE, "x0": [...], "y0": [...], "x1": [...], "y1": [...]}   separate straight lines
+  {"kind": "mark", STYLE, "axis": "x" | "y", "at": NUMBER, "text": TEXT?}        a line across the panel
+  {"kind": "text", STYLE, "at": [x, y], "text": TEXT}                 centred there
+STYLE: "colour": NAME, "pen": NAME, "thin": BOOL, "label": TEXT?      label: its name in the legend
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, BinaryIO
+
+from . import style
+
+VERSION = 1
+
+
+class DescriptionError(ValueError):
+    """What was read is no description of a picture."""
+
+
+def _numbers(values: list[float | None]) -> list[float]:
+    return [math.nan if value is None else float(value) for value in values]
+
+
+def _pen(item: dict[str, Any]) -> dict[str, Any]:
+    pen = {"color": style.COLOURS[item["colour"]], "linewidth": style.THIN if item["thin"] else style.LINE,
+           "linestyle": style.PENS[item["pen"]]}
+    if item["pen"] == "points":
+        pen |= {"marker": "o", "markersize": 2.5 if item["thin"] else 4.0, "markeredgewidth": 0.0}
+    return pen
+
+
+def _draw_line(axes, item: dict[str, Any]) -> None:
+    axes.plot(_numbers(item["x"]), _numbers(item["y"]), label=item["label"], zorder=3, **_pen(item))
+
+
+def _draw_rays(axes, item: dict[str, Any]) -> None:
+    x: list[float] = []
+    y: list[float] = []
+    ends = (item["x0"], item["y0"], item["x1"], item["y1"])
+    for x0, y0, x1, y1 in zip(*map(_numbers, ends), strict=True):
+        x += [x0, x1, math.nan]
+        y += [y0, y1, math.nan]
+    axes.plot(x, y, label=item["label"], zorder=2.5, **_pen(item))
+
+
+def _draw_mark(axes, item: dict[str, Any]) -> None:
+    """The word stands inside the panel at its upper or right end, on white."""
+    box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85}
+    pen = _pen(item) | {"linewidth": 1.0}
+    if item["axis"] == "x":
+        axes.axvline(item["at"], zorder=2, label=item["label"], **pen)
+        if item["text"]:
+            axes.annotate(item["text"], (item["at"], 0.99), xycoords=("data", "axes fraction"), ha="right", va="top",
+                          rotation=90, fontsize=7.5, color=pen["color"], bbox=box, xytext=(-1.5, 0),
+                          textcoords="offset points", zorder=2.2)
+    else:
+        axes.axhline(item["at"], zorder=2, label=item["label"], **pen)
+        if item["text"]:
+            axes.annotate(item["text"], (0.995, item["at"]), xycoords=("axes fraction", "data"), ha="right",
+                          va="bottom", fontsize=7.5, color=pen["color"], bbox=box, zorder=2.2)
+
+
+def _draw_text(axes, item: dict[str, Any]) -> None:
+    axes.text(*item["at"], item["text"], color=style.COLOURS[item["colour"]], ha="center", va="center", fontsize=7.5,
+              zorder=4, clip_on=True)
+
+
+_DRAW = {"line": _draw_line, "rays": _draw_rays, "mark": _draw_mark, "text": _draw_text}
+
+
+def _draw_panel(axes, panel: dict[str, Any]) -> None:
+    for item in panel["items"]:
+        _DRAW[item["kind"]](axes, item)
+    axes.set_title(panel["title"] or "")
+    axes.set_xlabel(panel["x_label"] or "")
+    axes.set_ylabel(panel["y_label"] or "")
+    axes.margins(x=0.0 if not panel["equal"] else 0.02, y=0.06)
+    if panel["equal"]:
+        axes.set_aspect("equal", adjustable="box" if panel["x_range"] and panel["y_range"] else "datalim")
+    if panel["x_range"]:
+        axes.set_xlim(panel["x_range"])
+    if panel["y_range"]:
+        axes.set_ylim(panel["y_range"])
+    if panel["y_down"]:
+        axes.invert_yaxis()
+    if any(item["label"] for item in panel["items"]):
+        axes.legend(loc="best", handlelength=2.2)
+
+
+def draw(description: dict[str, Any], file: BinaryIO) -> None:
+    """Writes the picture. DescriptionError: not such a description. ImportError: no Matplotlib."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    try:
+        if description["klingel_plot"] != VERSION:
+            raise DescriptionError(f"version {description['klingel_plot']}: this program knows {VERSION}")
+        panels = description["panels"]
+        rows = max(panel["row"] + panel["rows"] for panel in panels)
+        columns = max(panel["column"] + panel["columns"] for panel in panels)
+        with plt.rc_context(style.SETTINGS):
+            figure = plt.figure(figsize=(style.WIDTH_IN, style.HEAD_IN + style.ROW_IN * rows), layout="constrained")
+            grid = figure.add_gridspec(rows, columns)
+            for panel in panels:
+                cells = grid[panel["row"]:panel["row"] + panel["rows"],
+                             panel["column"]:panel["column"] + panel["columns"]]
+                _draw_panel(figure.add_subplot(cells), panel)
+            notes = description["notes"]
+            figure.suptitle(description["title"] + ("\n" if notes else ""), x=0.012, ha="left", fontsize=12.5,
+                            fontweight="bold")
+            if notes:
+                head = 1.0 - 0.42 / figure.get_figheight()
+                figure.text(0.012, head, notes, ha="left", va="center", fontsize=8.5, color="#444444")
+            # the same description gives the same file: no date in it
+            undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(description["format"])
+            figure.savefig(file, format=description["format"], dpi=style.DPI, metadata=undated)
+            plt.close(figure)
+    except (KeyError, TypeError, IndexError, AttributeError) as error:
+        raise DescriptionError(f"{type(error).__name__}: {error}") from error
