@@ -110,26 +110,20 @@ static inline void find_contact_planes(struct kl_axle *axle) {
  * Displacement relative to the rails: u = y - y0 - r0 phi_x (the cross-level phi_x turns the
  * wheelset about the rails), seen outboard from either side less half the gauge's change.
  */
-void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restrict x,
-                     kl_real speed_m_s, kl_real speed_rate_m_s2, struct kl_axle *restrict axle) {
+void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
+                     kl_real speed_rate_m_s2, struct kl_axle *restrict axle) {
     const struct kl_track_point *track = &axle->track;
     const kl_real v = speed_m_s;
     const kl_real v2 = v * v;
     const kl_real r0 = pair->radius_m;
-    axle->y = x[KL_WS_Y];
-    axle->yaw = x[KL_WS_YAW];
-    axle->y_abs_rate = x[KL_WS_Y_RATE];
-    axle->yaw_abs_rate = x[KL_WS_YAW_RATE];
-    axle->spin = x[KL_WS_SPIN];
-    axle->y_rate = axle->y_abs_rate - r0 * (v * track->cant_s_1_m);
 
     /* d2/dt2 of anything that runs along the track: V^2 f'' + V' f' */
     const kl_real cant_rest = v2 * track->cant_ss_1_m2 + speed_rate_m_s2 * track->cant_s_1_m;
     const kl_real place0 = track->value.lateral_m + r0 * track->value.cross_rad;
     const kl_real place1 = track->slope.lateral_m + r0 * track->slope.cross_rad;
     const kl_real place2 = track->second.lateral_m + r0 * track->second.cross_rad;
-    const kl_real u = axle->y - place0;
-    const kl_real u_rate = axle->y_rate - v * place1;
+    const kl_real u = axle->x[KL_WS_Y] - place0;
+    const kl_real u_rate = axle->rate[KL_WS_Y] - v * place1;
     const kl_real u_rest = -(r0 * cant_rest + (v2 * place2 + speed_rate_m_s2 * place1));
     const kl_real gauge = KL_R(0.5) * track->value.gauge_m;
     const kl_real gauge_rate = KL_R(0.5) * (v * track->slope.gauge_m);
@@ -174,17 +168,17 @@ static void find_creepages(const struct kl_wheelset *restrict wheelset,
     const kl_real v = forces->speed_m_s;
     const kl_real by = forces->inv_creep_speed_s_m;
     const kl_lane speed = kl_lane_all(v);
-    const kl_lane across_0 = kl_lane_all(axle->y_rate - v * axle->yaw);
+    const kl_lane across_0 = kl_lane_all(axle->rate[KL_WS_Y] - v * axle->x[KL_WS_YAW]);
     contacts->constant = constant;
     contacts->limit_more = kl_no_limit(law->law);
     KL_EACH_LANE(g) {
-        const kl_lane turn = kl_lane_of(axle->yaw_abs_rate, -axle->yaw_abs_rate, g);
-        const kl_lane spin = kl_lane_of(axle->spin, -axle->spin, g);
+        const kl_lane turn = kl_lane_of(axle->x[KL_WS_YAW_RATE], -axle->x[KL_WS_YAW_RATE], g);
+        const kl_lane spin = kl_lane_of(axle->x[KL_WS_SPIN], -axle->x[KL_WS_SPIN], g);
         const kl_lane r = KL_LANE(axle->radius, g);
-        const kl_lane along = (speed - r * axle->spin) - KL_LANE(axle->arm, g) * turn;
+        const kl_lane along = (speed - r * axle->x[KL_WS_SPIN]) - KL_LANE(axle->arm, g) * turn;
         const kl_lane across = across_0 - r * axle->roll_rate;
-        const kl_lane about =
-            KL_LANE(axle->cos_delta, g) * axle->yaw_abs_rate - KL_LANE(axle->sin_delta, g) * spin;
+        const kl_lane about = KL_LANE(axle->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
+                              KL_LANE(axle->sin_delta, g) * spin;
         const kl_lane gamma1 = along * by;
         const kl_lane gamma2 = across * by * KL_LANE(axle->inv_cos, g);
         const kl_lane omega3 = about * by;
@@ -313,14 +307,14 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
     const kl_real m = wheelset->mass_kg;
     const kl_real i_x = wheelset->inertia_roll_kgm2;
     const kl_real v = forces->speed_m_s;
-    const kl_real gyro = wheelset->inertia_spin_kgm2 * axle->spin;
+    const kl_real gyro = wheelset->inertia_spin_kgm2 * axle->x[KL_WS_SPIN];
     const kl_real aside = track->curvature_1_m * (v * v) -
                           forces->gravity_m_s2 * (track->cant_rad + track->value.cross_rad);
     load->lateral = (suspension[0] + wheelset->preload[0]) - m * aside;
     load->down =
         (suspension[1] + wheelset->preload[1] + m * forces->gravity_m_s2) - m * axle->z_rest;
-    load->roll =
-        (suspension[2] + wheelset->preload[2] - gyro * axle->yaw_abs_rate) - i_x * axle->roll_rest;
+    load->roll = (suspension[2] + wheelset->preload[2] - gyro * axle->x[KL_WS_YAW_RATE]) -
+                 i_x * axle->roll_rest;
     load->yaw =
         (suspension[3] + wheelset->preload[3]) + gyro * (axle->roll_rate + v * track->cant_s_1_m);
     load->free_y = load->lateral + (axle->z_y * load->down + axle->phi_y * load->roll);
@@ -378,8 +372,7 @@ void kl_axle_balance(struct kl_axle_forces *forces) {
     find_normals(forces);
 }
 
-void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
-                        const struct kl_axle *restrict axle,
+void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces) {
     kl_both across;
     kl_both turn;
@@ -393,22 +386,16 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
                            sign * (KL_LANE(axle->arm, g) * t1);
         KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1;
     }
-    forces->y_acc = (forces->load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
-    forces->yaw_acc = (forces->load.yaw + KL_SUM(turn)) / wheelset->inertia_yaw_kgm2;
-    forces->spin_acc = (forces->torque_Nm - KL_SUM(drive)) / wheelset->inertia_spin_kgm2;
+    axle->rate[KL_WS_Y_RATE] = (forces->load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
+    axle->rate[KL_WS_YAW_RATE] = (forces->load.yaw + KL_SUM(turn)) * wheelset->inv_yaw_1_kgm2;
+    axle->rate[KL_WS_SPIN] =
+        (forces->torque_Nm - KL_SUM(drive)) * wheelset->inv_spin_1_kgm2 - axle->spin_drift;
 }
 
-/* 1/(1 + z gamma(z)) */
-static inline kl_lane implicit_part(kl_lane z) {
-    const kl_lane gamma = kl_lane_all(KL_R(0.29289321881345254)) +
-                          KL_R(1.4142135623730951) * z / (z + kl_lane_all(KL_R(60)));
-    return KL_R(1) / (KL_R(1) + z * gamma);
-}
-
-void kl_axle_implicit(const struct kl_wheelset *restrict wheelset,
-                      const struct kl_axle *restrict axle,
-                      const struct kl_axle_forces *restrict forces, kl_real step_s,
-                      struct kl_implicit *restrict implicit) {
+void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
+                       const struct kl_axle *restrict axle,
+                       const struct kl_axle_forces *restrict forces, kl_real step_s,
+                       struct kl_stiffness *restrict stiffness) {
     kl_both along;
     kl_both yaw;
     kl_both spin;
@@ -422,13 +409,12 @@ void kl_axle_implicit(const struct kl_wheelset *restrict wheelset,
         KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(forces->f33_Nm2, g));
         KL_LANE(spin, g) = by * f11 * (r * r);
     }
-    const kl_both damping = {KL_SUM(along) * forces->inv_mass_1_kg,
-                             KL_SUM(yaw) / wheelset->inertia_yaw_kgm2};
+    const kl_real y = KL_SUM(along) * forces->inv_mass_1_kg;
+    const kl_real about = KL_SUM(yaw) * wheelset->inv_yaw_1_kgm2;
     KL_EACH_LANE(g) {
-        KL_LANE(implicit->y_and_yaw, g) = implicit_part(KL_LANE(damping, g) * step_s);
+        KL_LANE(stiffness->y_and_yaw, g) = kl_lane_of(y, about, g) * step_s;
     }
-    implicit->spin = kl_lane_first(
-        implicit_part(kl_lane_all(KL_SUM(spin) / wheelset->inertia_spin_kgm2 * step_s)));
+    stiffness->spin = KL_SUM(spin) * wheelset->inv_spin_1_kgm2 * step_s;
 }
 
 /* ---- outputs ---- */
@@ -442,9 +428,9 @@ void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *for
     output->track = axle->track;
     output->z_m = axle->z;
     output->roll_rad = axle->roll;
-    output->y_acc_m_s2 =
-        forces->y_acc + axle->track.curvature_1_m * (forces->speed_m_s * forces->speed_m_s);
-    output->z_acc_m_s2 = axle->z_y * forces->y_acc + axle->z_rest;
+    output->y_acc_m_s2 = axle->rate[KL_WS_Y_RATE] +
+                         axle->track.curvature_1_m * (forces->speed_m_s * forces->speed_m_s);
+    output->z_acc_m_s2 = axle->z_y * axle->rate[KL_WS_Y_RATE] + axle->z_rest;
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane n = KL_LANE(forces->normal, g);

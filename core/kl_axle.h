@@ -34,23 +34,21 @@ struct kl_axle {
     kl_both sin_delta;
     kl_both cos_delta;
     kl_both inv_cos;
-    kl_both f11; /* per N^(2/3) */
-    kl_both f22; /* per N^(2/3) */
-    kl_both f23; /* per N */
-    kl_both f33; /* per N^(4/3) */
-    kl_real y;   /* the five states, in their order */
-    kl_real yaw;
-    kl_real y_abs_rate; /* lateral velocity of the centre, the frame's rolling included */
-    kl_real yaw_abs_rate;
-    kl_real spin;
-    kl_real y_rate; /* dy/dt relative to the track */
-    kl_real z;      /* relative to the smooth track, positive down */
+    kl_both f11;                   /* per N^(2/3) */
+    kl_both f22;                   /* per N^(2/3) */
+    kl_both f23;                   /* per N */
+    kl_both f33;                   /* per N^(4/3) */
+    kl_real x[KL_WHEELSET_STATES]; /* enum kl_wheelset_state */
+    kl_real
+        rate[KL_WHEELSET_STATES]; /* of y and yaw: relative to the track; of Omega: besides V'/r0 */
+    kl_real spin_drift;           /* V'/r0: what Omega does besides */
+    kl_real z;                    /* relative to the smooth track, positive down */
     kl_real z_rate;
     kl_real roll; /* relative to the smooth, canted track */
     kl_real roll_rate;
     kl_real z_y;
     kl_real phi_y;
-    kl_real z_rest;    /* b_z: z'' = z_y p' + b_z, p = y_abs_rate */
+    kl_real z_rest;    /* b_z: z'' = z_y p' + b_z, p = x[KL_WS_Y_RATE] */
     kl_real roll_rest; /* b_phi, absolute roll */
     uint32_t faults;
 };
@@ -101,16 +99,13 @@ struct kl_axle_forces {
     kl_both f11_N; /* of the normal force, not reduced */
     kl_both f22_N;
     kl_both f33_Nm2;
-    kl_real inv_mass_1_kg; /* of y_abs_rate */
-    kl_real y_acc;         /* d(y_abs_rate)/dt */
-    kl_real yaw_acc;       /* d(yaw_abs_rate)/dt */
-    kl_real spin_acc;
+    kl_real inv_mass_1_kg; /* of the lateral motion */
 };
 
-/* Posture at the state x (KL_WHEELSET_STATES values), with the track at the wheelset in
- * axle->track, speed V and its rate. */
-void kl_axle_posture(const struct kl_pair *restrict pair, const kl_real *restrict x,
-                     kl_real speed_m_s, kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
+/* Posture at axle->x, with the rates of y and yaw in axle->rate and the track at the wheelset in
+ * axle->track, at speed V and its rate. */
+void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
+                     kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
 
 /*
  * Contact forces and accelerations from the suspension's y, z, roll and yaw, in three parts: what
@@ -122,27 +117,21 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
                      const struct kl_axle *restrict axle, const kl_real suspension[restrict 4],
                      struct kl_axle_forces *restrict forces);
 void kl_axle_balance(struct kl_axle_forces *forces);
-void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset,
-                        const struct kl_axle *restrict axle,
+void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces);
 
 /*
- * The implicit part of a stage: 1/(1 + z gamma) of the three rates with z = step * damping, where
- * damping (1/s, >= 0) is the diagonal creep damping, a secant of the saturated law. ROS2 is second
- * order for any gamma and L-stable for 1 -+ 1/sqrt 2. The smaller one is the more accurate, but its
- * first stage overshoots the end of a stiff decay 2.4 times, which a saturated law does not forgive
- * (the creep force then alternates between +-mu N near standstill); the larger one falls short of
- * it. So gamma goes from the one to the other as z grows: gamma = 1 - 1/sqrt 2 + sqrt 2 z/(z + 60).
+ * z = step * damping of y', psi' and Omega, where damping (1/s, >= 0) is the diagonal creep
+ * damping, a secant of the saturated law.
  */
-struct kl_implicit {
+struct kl_stiffness {
     kl_both y_and_yaw;
     kl_real spin;
-    kl_real spin_drift; /* V'/r0: what Omega does besides */
 };
-void kl_axle_implicit(const struct kl_wheelset *restrict wheelset,
-                      const struct kl_axle *restrict axle,
-                      const struct kl_axle_forces *restrict forces, kl_real step_s,
-                      struct kl_implicit *restrict implicit);
+void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
+                       const struct kl_axle *restrict axle,
+                       const struct kl_axle_forces *restrict forces, kl_real step_s,
+                       struct kl_stiffness *restrict stiffness);
 
 /* Fills the outputs that belong to the wheels and the wheelset. */
 void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,

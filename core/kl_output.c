@@ -22,20 +22,17 @@ void kl_write_output(const struct kl_model *model, const struct kl_state *state,
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         const struct kl_track_point *here = e->at_body[b];
+        const struct kl_body_motion *motion = &e->body[b];
         struct kl_body_output *o = &output->body[b];
-        struct kl_body_motion motion;
-        x = kl_unpack_body(body, x, here, v, &motion);
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
             const int has = (body->freedoms & KL_HAS(f)) != 0;
-            o->position[f] = motion.x[f];
-            o->rate[f] = motion.x[KL_RATE + f];
-            o->acceleration[f] = has ? e->body_acceleration[b][f] : KL_R(0);
+            o->position[f] = motion->x[2u * f];
+            o->rate[f] = has ? x[1] - (motion->x[2u * f + 1u] - motion->rate[2u * f]) : KL_R(0);
+            o->acceleration[f] = has ? motion->rate[2u * f + 1u] : KL_R(0);
+            x += has ? 2 : 0;
         }
-        /* relative to the track */
-        const kl_real along = v * here->cant_s_1_m;
-        o->rate[KL_Y] += body->z_m * along;
-        o->rate[KL_ROLL] -= along;
-        o->rate[KL_YAW] -= v * here->curvature_1_m;
+        const kl_real aside = here->curvature_1_m * (v * v) - model->gravity_m_s2 * here->cant_rad;
+        o->acceleration[KL_Y] += (body->freedoms & KL_HAS(KL_Y)) != 0 ? aside : KL_R(0);
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_axle *axle = &e->axle[w];

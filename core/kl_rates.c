@@ -4,54 +4,38 @@
 #include "kl_math.h"
 #include "kl_track_read.h"
 
-/* The usual body has all freedoms: nothing to pick. */
-#define ALL_FREEDOMS (KL_HAS(KL_FREEDOMS) - 1u)
-
-const kl_real *kl_unpack_body(const struct kl_body *body, const kl_real *x,
-                              const struct kl_track_point *here, kl_real v,
-                              struct kl_body_motion *motion) {
-    if (body->freedoms == ALL_FREEDOMS) {
-        for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += KL_SIDES) {
-            KL_EACH_LANE(g) {
-                kl_lane_store(&motion->x[i], g, kl_lane_load(&x[i], g));
-            }
-        }
-        return x + 2u * KL_FREEDOMS;
-    }
-    const kl_real along = v * here->cant_s_1_m;
-    const kl_real follow[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
-                                         v * here->curvature_1_m};
-    const uint32_t n = kl_freedoms_of(body);
-    uint32_t i = 0;
-    for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-        const int has = (body->freedoms & KL_HAS(f)) != 0;
-        motion->x[f] = has ? x[i] : KL_R(0);
-        motion->x[KL_RATE + f] = has ? x[n + i] : follow[f];
-        i += has ? 1u : 0u;
-    }
-    return x + 2u * n;
+/*
+ * The end of the time h: the rate goes on straight, the coordinate by the mean of its rates. What
+ * the frame itself does, `drift`, is taken off the state's rate to give the coordinate's.
+ */
+static inline void carry_on(const kl_real *x, const kl_real *rate, kl_real h, kl_real drift,
+                            kl_real *next, kl_real *next_rate) {
+    const kl_real moving = x[1] + h * rate[1];
+    const kl_real change = moving - drift;
+    next[0] = x[0] + (KL_R(0.5) * h) * (rate[0] + change);
+    next[1] = moving;
+    next_rate[0] = change;
 }
 
-/* The other way: the rates of one body's states. Returns the next body's. */
-static kl_real *pack_rates(const struct kl_body *body, const kl_real velocity[KL_FREEDOMS],
-                           const kl_real acceleration[KL_FREEDOMS], kl_real *rate) {
-    if (body->freedoms == ALL_FREEDOMS) {
-        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            rate[f] = velocity[f];
-            rate[KL_FREEDOMS + f] = acceleration[f];
-        }
-        return rate + 2u * KL_FREEDOMS;
-    }
-    const uint32_t n = kl_freedoms_of(body);
-    uint32_t i = 0;
+/* Carries one body on. Returns how many states it has. */
+static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *from, uint32_t first,
+                           const struct kl_track_point *here, kl_real v,
+                           struct kl_body_motion *motion) {
+    const kl_real along = v * here->cant_s_1_m;
+    const kl_real drift[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
+                                        v * here->curvature_1_m};
+    uint32_t i = first;
     for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+        kl_real *x = &motion->x[2u * f];
         if (body->freedoms & KL_HAS(f)) {
-            rate[i] = velocity[f];
-            rate[n + i] = acceleration[f];
-            i++;
+            carry_on(&from->x[i], &from->rate[i], from->h, drift[f], x, &motion->rate[2u * f]);
+            i += 2u;
+        } else {
+            x[0] = KL_R(0);
+            x[1] = drift[f];
         }
     }
-    return rate + 2u * n;
+    return i - first;
 }
 
 /* ---- placing ---- */
@@ -109,46 +93,64 @@ static void read_track(const struct kl_model *model, const struct kl_stage *stag
     }
 }
 
-static void place_bodies(const struct kl_model *model, const kl_real *x,
+static void place_bodies(const struct kl_model *model, const struct kl_origin *from,
                          const struct kl_stage *stage, struct kl_evaluation *e,
                          struct motions *motions) {
     const kl_real v = stage->speed_m_s;
     const kl_real roll_rate = v * e->reference.cant_s_1_m;
     const kl_real yaw_rate = v * e->reference.curvature_1_m;
+    uint32_t first = 0;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
-        const struct kl_body_motion *m = &e->body[b];
-        x = kl_unpack_body(body, x, e->at_body[b], v, &e->body[b]);
+        const kl_real *x = e->body[b].x;
+        first += carry_body(body, from, first, e->at_body[b], v, &e->body[b]);
         const struct offsets o = offsets_at(e->at_body[b], &e->reference, body->x_m, body->z_m, v);
         kl_both *qb = &motions->q[kl_body_coordinate(b)];
-        set_motion(&qb[KL_Y], m->x[KL_Y] + o.y, m->x[KL_RATE + KL_Y] + o.y_rate);
-        set_motion(&qb[KL_Z], m->x[KL_Z], m->x[KL_RATE + KL_Z]);
-        set_motion(&qb[KL_ROLL], m->x[KL_ROLL] + o.roll, m->x[KL_RATE + KL_ROLL] - roll_rate);
-        set_motion(&qb[KL_PITCH], m->x[KL_PITCH], m->x[KL_RATE + KL_PITCH]);
-        set_motion(&qb[KL_YAW], m->x[KL_YAW] + o.yaw, m->x[KL_RATE + KL_YAW] - yaw_rate);
+        set_motion(&qb[KL_Y], x[2 * KL_Y] + o.y, x[2 * KL_Y + 1] + o.y_rate);
+        set_motion(&qb[KL_Z], x[2 * KL_Z], x[2 * KL_Z + 1]);
+        set_motion(&qb[KL_ROLL], x[2 * KL_ROLL] + o.roll, x[2 * KL_ROLL + 1] - roll_rate);
+        set_motion(&qb[KL_PITCH], x[2 * KL_PITCH], x[2 * KL_PITCH + 1]);
+        set_motion(&qb[KL_YAW], x[2 * KL_YAW] + o.yaw, x[2 * KL_YAW + 1] - yaw_rate);
     }
 }
 
-static void place_wheelsets(const struct kl_model *model, const kl_real *x,
+/* Carries one wheelset on. The wheels' rotation changes with the speed at any rate. */
+static void carry_wheelset(const struct kl_pair *pair, const struct kl_origin *from, uint32_t first,
+                           const struct kl_stage *stage, struct kl_axle *axle) {
+    const kl_real v = stage->speed_m_s;
+    const kl_real *x = &from->x[first];
+    const kl_real *rate = &from->rate[first];
+    const struct kl_track_point *here = &axle->track;
+    carry_on(&x[KL_WS_Y], &rate[KL_WS_Y], from->h, pair->radius_m * (v * here->cant_s_1_m),
+             &axle->x[KL_WS_Y], &axle->rate[KL_WS_Y]);
+    carry_on(&x[KL_WS_YAW], &rate[KL_WS_YAW], from->h, v * here->curvature_1_m, &axle->x[KL_WS_YAW],
+             &axle->rate[KL_WS_YAW]);
+    axle->spin_drift = stage->speed_rate_m_s2 / pair->radius_m;
+    axle->x[KL_WS_SPIN] = x[KL_WS_SPIN] + from->h * (rate[KL_WS_SPIN] + axle->spin_drift);
+}
+
+static void place_wheelsets(const struct kl_model *model, const struct kl_origin *from,
                             const struct kl_stage *stage, struct kl_evaluation *e,
                             struct motions *motions) {
     const kl_real v = stage->speed_m_s;
+    uint32_t first = kl_wheelset_states(model);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_pair *pair = &model->pairs[wheelset->pair];
         struct kl_axle *axle = &e->axle[w];
-        kl_axle_posture(pair, x, v, stage->speed_rate_m_s2, axle);
-        x += KL_WHEELSET_STATES;
+        carry_wheelset(pair, from, first, stage, axle);
+        first += KL_WHEELSET_STATES;
+        kl_axle_posture(pair, v, stage->speed_rate_m_s2, axle);
         e->faults |= axle->faults;
         const struct offsets o =
             offsets_at(&axle->track, &e->reference, wheelset->x_m, -pair->radius_m, v);
         kl_both *qw = &motions->q[kl_wheelset_coordinate(model->n_bodies, w)];
         const kl_real rolling = v * (axle->track.cant_s_1_m - e->reference.cant_s_1_m);
         const kl_real turning = v * e->reference.curvature_1_m;
-        set_motion(&qw[0], axle->y + o.y, axle->y_abs_rate + o.y_rate);
+        set_motion(&qw[0], axle->x[KL_WS_Y] + o.y, axle->x[KL_WS_Y_RATE] + o.y_rate);
         set_motion(&qw[1], axle->z, axle->z_rate);
         set_motion(&qw[2], axle->roll + o.roll, axle->roll_rate + rolling);
-        set_motion(&qw[3], axle->yaw + o.yaw, axle->yaw_abs_rate - turning);
+        set_motion(&qw[3], axle->x[KL_WS_YAW] + o.yaw, axle->x[KL_WS_YAW_RATE] - turning);
     }
 }
 
@@ -173,28 +175,19 @@ static void suspension_forces(const struct kl_suspension *restrict suspension,
 /* ---- moving ---- */
 
 static void move_bodies(const struct kl_model *model, const struct kl_stage *stage,
-                        const struct kl_input *input, const kl_real *force, struct kl_evaluation *e,
-                        kl_real *rate) {
+                        const struct kl_input *input, const kl_real *force,
+                        struct kl_evaluation *e) {
     const kl_real v = stage->speed_m_s;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         const struct kl_track_point *here = e->at_body[b];
-        const kl_real *moving = &e->body[b].x[KL_RATE];
         const kl_real *acting = &force[kl_body_coordinate(b)];
-        kl_real *a = e->body_acceleration[b];
-        a[KL_Y] = (acting[KL_Y] + input->side_force_N[b]) / body->mass_kg;
-        a[KL_Z] = acting[KL_Z] / body->mass_kg;
-        a[KL_ROLL] = acting[KL_ROLL] / body->inertia_kgm2[0];
-        a[KL_PITCH] = acting[KL_PITCH] / body->inertia_kgm2[1];
-        a[KL_YAW] = acting[KL_YAW] / body->inertia_kgm2[2];
-        const kl_real along = v * here->cant_s_1_m;
         const kl_real aside = here->curvature_1_m * (v * v) - model->gravity_m_s2 * here->cant_rad;
-        const kl_real velocity[KL_FREEDOMS] = {moving[KL_Y] + body->z_m * along, moving[KL_Z],
-                                               moving[KL_ROLL] - along, moving[KL_PITCH],
-                                               moving[KL_YAW] - v * here->curvature_1_m};
-        const kl_real acceleration[KL_FREEDOMS] = {a[KL_Y] - aside, a[KL_Z], a[KL_ROLL],
-                                                   a[KL_PITCH], a[KL_YAW]};
-        rate = pack_rates(body, velocity, acceleration, rate);
+        kl_real *rate = e->body[b].rate;
+        rate[2 * KL_Y + 1] = (acting[KL_Y] + input->side_force_N[b]) * body->inverse[KL_Y] - aside;
+        for (uint32_t f = KL_Z; f < KL_FREEDOMS; f++) {
+            rate[2u * f + 1u] = acting[f] * body->inverse[f];
+        }
     }
 }
 
@@ -219,43 +212,32 @@ static void load_wheelsets(const struct kl_model *model, const struct kl_stage *
     }
 }
 
-static void move_wheelsets(const struct kl_model *model, const struct kl_stage *stage,
-                           struct kl_evaluation *e, kl_real *rate) {
-    rate += model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
+static void move_wheelsets(const struct kl_model *model, struct kl_evaluation *e) {
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         kl_axle_balance(&e->forces[w]);
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        const struct kl_axle *axle = &e->axle[w];
-        struct kl_axle_forces *f = &e->forces[w];
-        kl_axle_accelerate(&model->wheelsets[w], axle, f);
-        const kl_real yaw_rate = axle->yaw_abs_rate - stage->speed_m_s * axle->track.curvature_1_m;
-        KL_EACH_LANE(g) {
-            kl_lane_store(&rate[KL_WS_Y], g, kl_lane_of(axle->y_rate, yaw_rate, g));
-            kl_lane_store(&rate[KL_WS_Y_RATE], g, kl_lane_of(f->y_acc, f->yaw_acc, g));
-        }
-        rate[KL_WS_SPIN] = f->spin_acc;
+        const struct kl_axle_forces *f = &e->forces[w];
+        kl_axle_accelerate(&model->wheelsets[w], &e->axle[w], &e->forces[w]);
         const kl_real least = kl_min_real(f->normal[KL_RIGHT], f->normal[KL_LEFT]);
         const int loaded = least > KL_R(0) || !(model->wheelsets[w].static_load_N > KL_R(0));
         e->faults |= loaded ? 0u : (uint32_t)KL_FAULT_WHEEL_LIFT;
-        rate += KL_WHEELSET_STATES;
     }
 }
 
-void kl_evaluate(const struct kl_model *model, const kl_real *restrict x,
+void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
                  const struct kl_stage *stage, const struct kl_input *restrict input,
-                 struct kl_evaluation *restrict e, kl_real *restrict rate) {
+                 struct kl_evaluation *restrict e) {
     struct motions motions;
     kl_real force[KL_MAX_COORDINATES];
-    const kl_real *x_wheelsets = x + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets);
     e->faults = 0;
     read_track(model, stage, e);
-    place_bodies(model, x, stage, e, &motions);
-    place_wheelsets(model, x_wheelsets, stage, e, &motions);
+    place_bodies(model, from, stage, e, &motions);
+    place_wheelsets(model, from, stage, e, &motions);
     suspension_forces(&model->suspension, &motions, force);
     load_wheelsets(model, stage, input, force, e);
-    move_bodies(model, stage, input, force, e, rate);
-    move_wheelsets(model, stage, e, rate);
+    move_bodies(model, stage, input, force, e);
+    move_wheelsets(model, e);
 }
 
 kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
@@ -263,12 +245,11 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     struct motions motions;
     kl_real force[KL_MAX_COORDINATES];
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-    const kl_real *x = state->x;
+    const struct kl_origin here = {state->x, state->rate, KL_R(0)};
     e.faults = 0;
     read_track(model, &stage, &e);
-    place_bodies(model, x, &stage, &e, &motions);
-    place_wheelsets(model, x + (model->n_states - KL_WHEELSET_STATES * model->n_wheelsets), &stage,
-                    &e, &motions);
+    place_bodies(model, &here, &stage, &e, &motions);
+    place_wheelsets(model, &here, &stage, &e, &motions);
     for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
         motions.q[i][RATE] = KL_R(0);
     }
@@ -280,7 +261,7 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            const kl_real rate = e.body[b].x[KL_RATE + f];
+            const kl_real rate = e.body[b].x[2u * f + 1u];
             const kl_real inertia =
                 f < (uint32_t)KL_ROLL ? body->mass_kg : body->inertia_kgm2[f - KL_ROLL];
             twice += inertia * (rate * rate);
@@ -289,15 +270,16 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *ws = &model->wheelsets[w];
         const struct kl_axle *axle = &e.axle[w];
-        const kl_real p = axle->y_abs_rate;
-        const kl_real yaw = axle->yaw_abs_rate;
-        const kl_real spin = axle->spin;
+        const kl_real p = axle->x[KL_WS_Y_RATE];
+        const kl_real yaw = axle->x[KL_WS_YAW_RATE];
+        const kl_real spin = axle->x[KL_WS_SPIN];
         twice += ws->mass_kg * (p * p + axle->z_rate * axle->z_rate) +
                  ws->inertia_roll_kgm2 * (axle->roll_rate * axle->roll_rate) +
                  ws->inertia_yaw_kgm2 * (yaw * yaw) + ws->inertia_spin_kgm2 * (spin * spin);
         const kl_real down = ws->preload[1] + ws->mass_kg * model->gravity_m_s2;
-        twice -= KL_R(2) * ((down * axle->z + ws->preload[2] * axle->roll) +
-                            (ws->preload[0] * axle->y + ws->preload[3] * axle->yaw));
+        twice -=
+            KL_R(2) * ((down * axle->z + ws->preload[2] * axle->roll) +
+                       (ws->preload[0] * axle->x[KL_WS_Y] + ws->preload[3] * axle->x[KL_WS_YAW]));
     }
     return KL_R(0.5) * twice;
 }

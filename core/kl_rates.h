@@ -14,11 +14,11 @@ struct kl_stage {
     kl_real speed_rate_m_s2;
 };
 
-/* One body's positions (0..4) and rates (KL_RATE + 0..4) in a row, as states are; absent freedoms
- * zero. Rates are the states: y' - z V phi0', absolute roll and yaw. */
-#define KL_RATE KL_FREEDOMS
+/* Coordinate and rate of every freedom, two and two as states are, and the rates of both; absent
+ * freedoms stand still on the track. Rates are the states: y' - z V phi0', absolute roll and yaw. */
 struct kl_body_motion {
     kl_real x[2 * KL_FREEDOMS];
+    kl_real rate[2 * KL_FREEDOMS];
 };
 
 /* Everything of one evaluation that the outputs may want. */
@@ -27,22 +27,23 @@ struct kl_evaluation {
     const struct kl_track_point *at_body[KL_MAX_BODIES];
     struct kl_track_point own[KL_MAX_BODIES]; /* of bodies that are not at the reference point */
     struct kl_body_motion body[KL_MAX_BODIES];
-    kl_real body_acceleration[KL_MAX_BODIES][KL_FREEDOMS]; /* specific forces */
     struct kl_axle axle[KL_MAX_WHEELSETS];
     struct kl_axle_forces forces[KL_MAX_WHEELSETS];
     uint32_t faults;
 };
 
-/* Reads one body's states; a freedom that it does not have follows the track. Returns the next
- * body's states. */
-const kl_real *kl_unpack_body(const struct kl_body *body, const kl_real *x,
-                              const struct kl_track_point *here, kl_real v,
-                              struct kl_body_motion *motion);
+/* The state that is evaluated: x carried on over the time h with the rates that it had. Velocities
+ * go on straight; coordinates by the mean of their rates at both ends. h = 0 takes x as it is. */
+struct kl_origin {
+    const kl_real *x;
+    const kl_real *rate;
+    kl_real h;
+};
 
-/* The rates of the states x at a stage; `input` must be within its ranges. */
-void kl_evaluate(const struct kl_model *model, const kl_real *restrict x,
+/* What the vehicle is at a stage and what becomes of it; `input` must be within its ranges. */
+void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
                  const struct kl_stage *stage, const struct kl_input *restrict input,
-                 struct kl_evaluation *restrict e, kl_real *restrict rate);
+                 struct kl_evaluation *restrict e);
 
 /* Outputs of an evaluation, for the state that it leads to. */
 void kl_write_output(const struct kl_model *model, const struct kl_state *state,

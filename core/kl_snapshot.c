@@ -2,7 +2,7 @@
 #include "kl_math.h"
 #include "kl_step.h"
 
-#define MAGIC UINT64_C(0x31544154534c4b21) /* "!KLSTAT1" */
+#define MAGIC UINT64_C(0x32544154534c4b21) /* "!KLSTAT2" */
 /* magic, model hash, tick, fault tick, faults and number of states, s, V, check sum */
 #define HEADER_WORDS 7u
 
@@ -66,6 +66,9 @@ uint64_t kl_state_hash(const struct kl_state *state) {
     for (uint32_t i = 0; i < state->n_states; i++) {
         h = hash_word(h, word_of(state->x[i]));
     }
+    for (uint32_t i = 0; i < state->n_states; i++) {
+        h = hash_word(h, word_of(state->rate[i]));
+    }
     return h;
 }
 
@@ -75,7 +78,7 @@ enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *
         state->n_states != model->n_states) {
         return KL_ERR_ARGUMENT;
     }
-    const size_t need = 8u * (HEADER_WORDS + (size_t)state->n_states + 1u);
+    const size_t need = 8u * (HEADER_WORDS + 2u * (size_t)state->n_states + 1u);
     if (size_bytes < need) {
         return KL_ERR_MEMORY;
     }
@@ -88,6 +91,7 @@ enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *
     put(buffer + 48, word_of(state->speed_m_s));
     for (uint32_t i = 0; i < state->n_states; i++) {
         put(buffer + 8u * (HEADER_WORDS + i), word_of(state->x[i]));
+        put(buffer + 8u * (HEADER_WORDS + state->n_states + i), word_of(state->rate[i]));
     }
     put(buffer + need - 8u, kl_hash_bytes(KL_HASH_SEED, buffer, need - 8u));
     *used_bytes = need;
@@ -99,7 +103,7 @@ enum kl_status kl_restore(const struct kl_model *model, struct kl_state *state,
     if (model == NULL || state == NULL || buffer == NULL) {
         return KL_ERR_ARGUMENT;
     }
-    const size_t need = 8u * (HEADER_WORDS + (size_t)model->n_states + 1u);
+    const size_t need = 8u * (HEADER_WORDS + 2u * (size_t)model->n_states + 1u);
     if (used_bytes != need || get(buffer) != MAGIC || get(buffer + 8) != model->hash ||
         (uint32_t)get(buffer + 32) != model->n_states ||
         get(buffer + need - 8u) != kl_hash_bytes(KL_HASH_SEED, buffer, need - 8u)) {
@@ -115,6 +119,7 @@ enum kl_status kl_restore(const struct kl_model *model, struct kl_state *state,
     state->speed_m_s = real_of(get(buffer + 48));
     for (uint32_t i = 0; i < model->n_states; i++) {
         state->x[i] = real_of(get(buffer + 8u * (HEADER_WORDS + i)));
+        state->rate[i] = real_of(get(buffer + 8u * (HEADER_WORDS + model->n_states + i)));
     }
     return KL_OK;
 }

@@ -86,6 +86,7 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
         x[KL_WS_YAW_RATE] = speed_m_s * here.curvature_1_m;
         x[KL_WS_SPIN] = speed_m_s / pair->radius_m;
     }
+    kl_refresh(model, state);
     return KL_OK;
 }
 
@@ -96,12 +97,12 @@ int32_t kl_body_state_index(const struct kl_model *model, uint32_t body, enum kl
     }
     uint32_t i = 0;
     for (uint32_t b = 0; b < body; b++) {
-        i += 2u * kl_freedoms_of(&model->bodies[b]);
+        i += kl_freedoms_of(&model->bodies[b]);
     }
     for (uint32_t f = 0; f < (uint32_t)freedom; f++) {
         i += (model->bodies[body].freedoms >> f) & 1u;
     }
-    return (int32_t)(i + (rate ? kl_freedoms_of(&model->bodies[body]) : 0u));
+    return (int32_t)(2u * i + (rate ? 1u : 0u));
 }
 
 int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
@@ -109,8 +110,27 @@ int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
     if (wheelset >= model->n_wheelsets) {
         return -1;
     }
-    return (int32_t)(model->n_states - KL_WHEELSET_STATES * (model->n_wheelsets - wheelset) +
-                     (uint32_t)which);
+    return (int32_t)(kl_wheelset_states(model) + KL_WHEELSET_STATES * wheelset + (uint32_t)which);
+}
+
+/* ---- one evaluation ---- */
+
+/* The rates of an evaluation where the state stands. */
+static void write_rates(const struct kl_model *model, const struct kl_evaluation *e,
+                        kl_real *rates) {
+    for (uint32_t b = 0; b < model->n_bodies; b++) {
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            if (model->bodies[b].freedoms & KL_HAS(f)) {
+                *rates++ = e->body[b].rate[2u * f];
+                *rates++ = e->body[b].rate[2u * f + 1u];
+            }
+        }
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        for (int i = 0; i < KL_WHEELSET_STATES; i++) {
+            *rates++ = e->axle[w].rate[i];
+        }
+    }
 }
 
 void kl_rates(const struct kl_model *model, const struct kl_state *state,
@@ -120,136 +140,157 @@ void kl_rates(const struct kl_model *model, const struct kl_state *state,
     struct kl_input kept;
     (void)check_input(model, state, input, &kept);
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-    kl_evaluate(model, state->x, &stage, &kept, &e, rates);
+    const struct kl_origin here = {state->x, state->rate, KL_R(0)};
+    kl_evaluate(model, &here, &stage, &kept, &e);
+    write_rates(model, &e, rates);
     if (output != NULL) {
         kl_write_output(model, state, &stage, &e, output);
     }
 }
 
+/*
+ * A wheelset's share of the step, where creep damps a velocity p by z = step * damping. With e =
+ * sigma a, the part of the last acceleration that is carried on, the evaluation stood at p + h e
+ * and gave F; then
+ *     a = (F + z e/2)/(1 + (1 - sigma/2) z),   p_new = p + h a + h/2 (e - sigma a),
+ * and the last terms add up to nothing over several steps. If z is all the damping there is, a is
+ * exactly the acceleration at p_new: the trapezoidal rule with sigma = 1, implicit Euler with sigma
+ * = 0. sigma = min(1, 1/z) is second order where creep is not stiff, and never overshoots where it
+ * is: a saturated creep force would answer that by alternating between +-mu N. With z = 0 this is
+ * leapfrog.
+ */
+struct damped {
+    kl_both a;
+    kl_both carried; /* sigma a */
+};
+
+static inline kl_lane carried_part(kl_lane z) {
+    return KL_R(1) / kl_lane_max(z, kl_lane_all(KL_R(1)));
+}
+
+static void damp(const kl_both *force, const kl_both *carried, const kl_both *z,
+                 struct damped *out) {
+    KL_EACH_LANE(g) {
+        const kl_lane half_z = KL_R(0.5) * KL_LANE(*z, g);
+        const kl_lane sigma = carried_part(KL_LANE(*z, g));
+        const kl_lane a = (KL_LANE(*force, g) + half_z * KL_LANE(*carried, g)) /
+                          (KL_R(1) + (KL_R(2) - sigma) * half_z);
+        KL_LANE(out->a, g) = a;
+        KL_LANE(out->carried, g) = sigma * a;
+    }
+}
+
+/* A velocity at the end of the step, and its coordinate's rate there. */
+static inline void finish(kl_real *x, kl_real *rate, const kl_real *next, const kl_real *next_rate,
+                          kl_real h, kl_real a, kl_real carried) {
+    const kl_real p = x[1] + h * (a + KL_R(0.5) * (rate[1] - carried));
+    x[0] = next[0];
+    x[1] = p;
+    rate[0] = next_rate[0] + (p - next[1]);
+    rate[1] = carried;
+}
+
+static void finish_wheelset(const struct kl_model *model, const struct kl_evaluation *e, uint32_t w,
+                            kl_real *x, kl_real *rate) {
+    const struct kl_axle *axle = &e->axle[w];
+    const kl_real h = model->step_s;
+    struct kl_stiffness z;
+    struct damped moved;
+    struct damped turned;
+    kl_axle_stiffness(&model->wheelsets[w], axle, &e->forces[w], h, &z);
+    const kl_both force = {axle->rate[KL_WS_Y_RATE], axle->rate[KL_WS_YAW_RATE]};
+    const kl_both carried = {rate[KL_WS_Y_RATE], rate[KL_WS_YAW_RATE]};
+    const kl_both torque = {axle->rate[KL_WS_SPIN], KL_R(0)};
+    const kl_both spinning = {rate[KL_WS_SPIN], KL_R(0)};
+    const kl_both z_spin = {z.spin, KL_R(0)};
+    damp(&force, &carried, &z.y_and_yaw, &moved);
+    damp(&torque, &spinning, &z_spin, &turned);
+    finish(&x[KL_WS_Y], &rate[KL_WS_Y], &axle->x[KL_WS_Y], &axle->rate[KL_WS_Y], h, moved.a[0],
+           moved.carried[0]);
+    finish(&x[KL_WS_YAW], &rate[KL_WS_YAW], &axle->x[KL_WS_YAW], &axle->rate[KL_WS_YAW], h,
+           moved.a[1], moved.carried[1]);
+    x[KL_WS_SPIN] +=
+        h * ((turned.a[0] + axle->spin_drift) + KL_R(0.5) * (rate[KL_WS_SPIN] - turned.carried[0]));
+    rate[KL_WS_SPIN] = turned.carried[0];
+}
+
+static void finish_step(const struct kl_model *model, const struct kl_evaluation *e,
+                        struct kl_state *state) {
+    const kl_real h = model->step_s;
+    kl_real *x = state->x;
+    kl_real *rate = state->rate;
+    for (uint32_t b = 0; b < model->n_bodies; b++) {
+        const struct kl_body_motion *m = &e->body[b];
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            if (model->bodies[b].freedoms & KL_HAS(f)) {
+                const kl_real a = m->rate[2u * f + 1u];
+                finish(x, rate, &m->x[2u * f], &m->rate[2u * f], h, a, a);
+                x += 2;
+                rate += 2;
+            }
+        }
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        finish_wheelset(model, e, w, x, rate);
+        x += KL_WHEELSET_STATES;
+        rate += KL_WHEELSET_STATES;
+    }
+}
+
+/* 1 where everything that goes into the new state is finite, and far enough below the largest real
+ * for it to be so. */
+static int is_sound(const struct kl_model *model, const struct kl_evaluation *e) {
+    kl_lane sum = kl_lane_all(KL_R(0));
+    for (uint32_t b = 0; b < model->n_bodies; b++) {
+        const struct kl_body_motion *m = &e->body[b];
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            KL_EACH_LANE(g) {
+                const kl_lane x = kl_lane_load(&m->x[2u * f], g);
+                const kl_lane rate = kl_lane_load(&m->rate[2u * f], g);
+                sum += x * x + rate * rate;
+            }
+        }
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const struct kl_axle *axle = &e->axle[w];
+        for (int i = 0; i < KL_WS_SPIN; i += 2) {
+            KL_EACH_LANE(g) {
+                const kl_lane x = kl_lane_load(&axle->x[i], g);
+                const kl_lane rate = kl_lane_load(&axle->rate[i], g);
+                sum += x * x + rate * rate;
+            }
+        }
+        const kl_real spin = axle->x[KL_WS_SPIN];
+        const kl_real spin_rate = axle->rate[KL_WS_SPIN];
+        sum += kl_lane_all(spin * spin + spin_rate * spin_rate);
+    }
+    return kl_lane_is_0(sum - sum);
+}
+
 /* ---- the step ---- */
 
-/*
- * States are read and written in the same pairs everywhere: a body's one after the other (there are
- * always two per freedom), a wheelset's as (y, yaw), (y', yaw'), spin. A pair that is read as it
- * was written comes straight from the store; one that was written in other parts would have to wait
- * for the memory, at the end of the longest chain of the step.
- */
-static void copy_pair(const kl_real *from, kl_real *to) {
-    KL_EACH_LANE(g) {
-        kl_lane_store(to, g, kl_lane_load(from, g));
-    }
-}
-
-/* to = x + h k */
-static void advance_pair(const kl_real *x, const kl_real *k, kl_real h, kl_real *to) {
-    KL_EACH_LANE(g) {
-        kl_lane_store(to, g, kl_lane_load(x, g) + kl_lane_load(k, g) * h);
-    }
-}
-
-static void multiply_pair(kl_real *k, const kl_both *by) {
-    KL_EACH_LANE(g) {
-        kl_lane_store(k, g, kl_lane_load(k, g) * KL_LANE(*by, g));
-    }
-}
-
-static uint32_t body_states(const struct kl_model *model) {
-    return model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
-}
-
-/* The wheels' rotation is integrated relative to V/r0, so that both stages see the same slip while
- * the speed changes. */
-static void find_implicit(const struct kl_model *model, const struct kl_evaluation *e,
-                          kl_real v_rate, struct kl_implicit *implicit) {
+void kl_refresh(const struct kl_model *model, struct kl_state *state) {
+    struct kl_evaluation e;
+    struct kl_input input;
+    kl_input_init(&input);
+    const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
+    const struct kl_origin here = {state->x, state->rate, KL_R(0)};
+    kl_evaluate(model, &here, &stage, &input, &e);
+    write_rates(model, &e, state->rate);
+    const uint32_t first = kl_wheelset_states(model);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        const struct kl_wheelset *wheelset = &model->wheelsets[w];
-        kl_axle_implicit(wheelset, &e->axle[w], &e->forces[w], model->step_s, &implicit[w]);
-        implicit[w].spin_drift = v_rate / model->pairs[wheelset->pair].radius_m;
-    }
-}
-
-/* First stage: k1 = S f(x), x2 = x + h k1. */
-static void first_stage(const struct kl_model *model, const struct kl_implicit *restrict implicit,
-                        const kl_real *restrict x, kl_real *restrict k1, kl_real *restrict x2) {
-    const kl_real h = model->step_s;
-    const uint32_t n = body_states(model);
-    for (uint32_t i = 0; i < n; i += 2u) {
-        advance_pair(&x[i], &k1[i], h, &x2[i]);
-    }
-    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        const uint32_t i = n + KL_WHEELSET_STATES * w;
-        multiply_pair(&k1[i + KL_WS_Y_RATE], &implicit[w].y_and_yaw);
-        k1[i + KL_WS_SPIN] = (k1[i + KL_WS_SPIN] - implicit[w].spin_drift) * implicit[w].spin;
-        advance_pair(&x[i], &k1[i], h, &x2[i]);
-        advance_pair(&x[i + KL_WS_Y_RATE], &k1[i + KL_WS_Y_RATE], h, &x2[i + KL_WS_Y_RATE]);
-        x2[i + KL_WS_SPIN] = x[i + KL_WS_SPIN] + h * (k1[i + KL_WS_SPIN] + implicit[w].spin_drift);
-    }
-}
-
-/* Where S is 1 the second stage is the mean of both rates. */
-static kl_lane finish_pair(const kl_real *x, const kl_real *k1, const kl_real *k2, kl_real h,
-                           kl_real *to) {
-    kl_lane unsound = kl_lane_all(KL_R(0));
-    KL_EACH_LANE(g) {
-        const kl_lane mean = (kl_lane_load(k1, g) + kl_lane_load(k2, g)) * KL_R(0.5);
-        const kl_lane next = kl_lane_load(x, g) + mean * h;
-        kl_lane_store(to, g, next);
-        unsound += next - next;
-    }
-    return unsound;
-}
-
-/* Makes f(x2) into 2 k1 + k2 with k2 = S (f(x2) - 2 k1), for the rates that S slows. */
-static void damp_wheelset(const struct kl_implicit *implicit, const kl_real *k1, kl_real *k2) {
-    KL_EACH_LANE(g) {
-        const kl_lane twice = KL_R(2) * kl_lane_load(&k1[KL_WS_Y_RATE], g);
-        const kl_lane rest = kl_lane_load(&k2[KL_WS_Y_RATE], g) - twice;
-        kl_lane_store(&k2[KL_WS_Y_RATE], g, twice + rest * KL_LANE(implicit->y_and_yaw, g));
-    }
-    const kl_real twice = KL_R(2) * k1[KL_WS_SPIN];
-    k2[KL_WS_SPIN] = twice + ((k2[KL_WS_SPIN] - implicit->spin_drift) - twice) * implicit->spin;
-}
-
-/* Second stage: k2 = S (f(x2) - 2 k1), x2 = x + h (3 k1 + k2)/2. Returns 1 where every new state is
- * finite. */
-static int second_stage(const struct kl_model *model, const struct kl_implicit *restrict implicit,
-                        const kl_real *restrict x, const kl_real *restrict k1, kl_real *restrict k2,
-                        kl_real *restrict x2) {
-    const kl_real h = model->step_s;
-    const uint32_t n = body_states(model);
-    kl_lane unsound = kl_lane_all(KL_R(0)); /* 0, or NaN for ever */
-    for (uint32_t i = 0; i < n; i += 2u) {
-        unsound += finish_pair(&x[i], &k1[i], &k2[i], h, &x2[i]);
-    }
-    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        const uint32_t i = n + KL_WHEELSET_STATES * w;
-        const uint32_t r = i + KL_WS_Y_RATE;
-        const uint32_t s = i + KL_WS_SPIN;
-        damp_wheelset(&implicit[w], &k1[i], &k2[i]);
-        unsound += finish_pair(&x[i], &k1[i], &k2[i], h, &x2[i]);
-        unsound += finish_pair(&x[r], &k1[r], &k2[r], h, &x2[r]);
-        x2[s] = x[s] + h * (KL_R(0.5) * (k1[s] + k2[s]) + implicit[w].spin_drift);
-        unsound += kl_lane_all(x2[s] - x2[s]);
-    }
-    return kl_lane_is_0(unsound);
-}
-
-static void copy_states(const struct kl_model *model, const kl_real *restrict from,
-                        kl_real *restrict to) {
-    const uint32_t n = body_states(model);
-    for (uint32_t i = 0; i < n; i += 2u) {
-        copy_pair(&from[i], &to[i]);
-    }
-    for (uint32_t i = n; i < model->n_states; i += KL_WHEELSET_STATES) {
-        copy_pair(&from[i], &to[i]);
-        copy_pair(&from[i + KL_WS_Y_RATE], &to[i + KL_WS_Y_RATE]);
-        to[i + KL_WS_SPIN] = from[i + KL_WS_SPIN];
+        kl_real *rate = &state->rate[first + KL_WHEELSET_STATES * w];
+        struct kl_stiffness z;
+        kl_axle_stiffness(&model->wheelsets[w], &e.axle[w], &e.forces[w], model->step_s, &z);
+        rate[KL_WS_Y_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y_and_yaw[0])));
+        rate[KL_WS_YAW_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y_and_yaw[1])));
+        rate[KL_WS_SPIN] *= kl_lane_first(carried_part(kl_lane_all(z.spin)));
     }
 }
 
 /* Takes the new state over, or holds the old one; latches faults. Returns 1 where held. */
-static int settle(const struct kl_model *model, struct kl_state *state, const kl_real *x,
-                  const struct kl_stage *end, uint32_t faults) {
+static int settle(const struct kl_model *model, struct kl_state *state,
+                  const struct kl_evaluation *e, const struct kl_stage *end, uint32_t faults) {
     state->tick++;
     if (state->faults == 0 && faults != 0) {
         state->fault_tick = state->tick;
@@ -257,7 +298,7 @@ static int settle(const struct kl_model *model, struct kl_state *state, const kl
     state->faults |= faults;
     const int hold = (state->faults & KL_FAULTS_HOLD) != 0;
     if (!hold) {
-        copy_states(model, x, state->x);
+        finish_step(model, e, state);
         state->s_m = end->s_m;
         state->speed_m_s = end->speed_m_s;
     }
@@ -268,30 +309,20 @@ uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const str
                  struct kl_output *output) {
     struct kl_evaluation e;
     struct kl_input kept;
-    struct kl_implicit implicit[KL_MAX_WHEELSETS];
-    kl_real k1[KL_MAX_STATES];
-    kl_real k2[KL_MAX_STATES];
-    kl_real x2[KL_MAX_STATES];
     const kl_real h = model->step_s;
     uint32_t faults = check_input(model, state, input, &kept);
     const kl_real most = model->acceleration_limit_m_s2 * h;
     const kl_real change = kl_clamp(kept.speed_m_s - state->speed_m_s, -most, most);
-    const kl_real v2 = state->speed_m_s + change;
-    const kl_real v_rate = change / h;
-    const struct kl_stage begin = {state->s_m, state->speed_m_s, v_rate};
-    const struct kl_stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v2)), v2,
-                                 v_rate};
-
-    kl_evaluate(model, state->x, &begin, &kept, &e, k1);
+    const kl_real v = state->speed_m_s + change;
+    const struct kl_stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v)), v,
+                                 change / h};
+    const struct kl_origin from = {state->x, state->rate, h};
+    kl_evaluate(model, &from, &end, &kept, &e);
     faults |= e.faults;
-    find_implicit(model, &e, v_rate, implicit);
-    first_stage(model, implicit, state->x, k1, x2);
-    kl_evaluate(model, x2, &end, &kept, &e, k2);
-    faults |= e.faults;
-    const int sound = second_stage(model, implicit, state->x, k1, k2, x2);
-    faults |= sound && kl_finite_real(end.s_m) ? 0u : (uint32_t)KL_FAULT_NONFINITE;
+    const int sound = is_sound(model, &e) && kl_finite_real(end.s_m);
+    faults |= sound ? 0u : (uint32_t)KL_FAULT_NONFINITE;
 
-    const int hold = settle(model, state, x2, &end, faults);
+    const int hold = settle(model, state, &e, &end, faults);
     if (output != NULL && !hold) {
         kl_write_output(model, state, &end, &e, output);
     } else if (output != NULL) { /* the last good output stays; time and faults go on */

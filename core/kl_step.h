@@ -15,12 +15,12 @@ extern "C" {
 #define KL_MIN_CREEP_SPEED_M_S 0.1
 #define KL_MAX_SPEED_M_S 150.0
 
-/* States: per body freedom-by-freedom positions then rates (only the freedoms it has), then per
- * wheelset y, psi, y', psi' + kappa V, Omega. Roll and yaw rates of bodies are absolute: phi' + V
- * phi0', psi' + kappa V. */
+/* States: per body each freedom that it has, coordinate and rate, then per wheelset y, y', psi, psi'
+ * + kappa V, Omega. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point
+ * at height z is y' - z V phi0'. */
 #define KL_WHEELSET_STATES 5
 #define KL_MAX_STATES (2 * KL_FREEDOMS * KL_MAX_BODIES + KL_WHEELSET_STATES * KL_MAX_WHEELSETS)
-enum kl_wheelset_state { KL_WS_Y = 0, KL_WS_YAW, KL_WS_Y_RATE, KL_WS_YAW_RATE, KL_WS_SPIN };
+enum kl_wheelset_state { KL_WS_Y = 0, KL_WS_Y_RATE, KL_WS_YAW, KL_WS_YAW_RATE, KL_WS_SPIN };
 
 /* Faults: bits, latched in the state until kl_init or kl_clear_faults. */
 enum kl_fault {
@@ -43,6 +43,9 @@ struct kl_state {
     kl_real s_m;       /* distance of the vehicle's reference point */
     kl_real speed_m_s; /* V */
     kl_real x[KL_MAX_STATES];
+    kl_real
+        rate[KL_MAX_STATES]; /* with which x goes on; of y', psi' and Omega of a wheelset the part
+                                    that its creep does not stop (see kl_step) */
 };
 
 struct kl_input {
@@ -96,8 +99,8 @@ struct kl_body_output {
                                           accelerometer; others inertial */
 };
 
-/* All of it for the state after the step; forces are those of the step's second stage, which stands
- * at its end. */
+/* All of it for the state after the step; forces are those of the step's evaluation, which stands at
+ * its end. */
 struct kl_output {
     uint64_t tick;
     int64_t time_ns; /* tick * step */
@@ -127,14 +130,20 @@ int32_t kl_body_state_index(const struct kl_model *model, uint32_t body, enum kl
 int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
                                 enum kl_wheelset_state which);
 
+/* To be called after changing x, s or V of a state by hand: finds the rates with which it goes on.
+ * kl_init and kl_restore leave nothing to be done. */
+void kl_refresh(const struct kl_model *model, struct kl_state *state);
+
 /*
  * Advances one vehicle by one step. `input` acts over the whole step; `output` may be NULL. Returns
  * the latched faults (0: none). Never fails otherwise; the same number of operations whatever the
  * input.
- * Integrator: ROS2 W-method (Verwer), second order; its approximate Jacobian is the diagonal creep
- * damping of each wheelset, reduced by the secant of the saturated law. gamma goes from 1 - 1/sqrt
- * 2 to 1 + 1/sqrt 2 as that damping grows stiff (see kl_axle.h), so that creep forces are steady
- * down to standstill. Re-entrant: touches nothing but its arguments.
+ * Integrator: leapfrog (Stoermer-Verlet) with one evaluation a step, second order, symplectic where
+ * forces come from places alone; velocities enter the forces by extrapolation, and the diagonal
+ * creep damping of each wheelset, reduced by the secant of the saturated law, is taken implicitly.
+ * As that damping grows stiff (towards standstill) the method turns into the implicit Euler one for
+ * y', psi' and Omega. Stable below: undamped angular frequency 2/step, explicit damping 1/step.
+ * Re-entrant: touches nothing but its arguments.
  */
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
                  struct kl_output *output);
@@ -158,7 +167,7 @@ uint64_t kl_state_hash(const struct kl_state *state);
 
 /* A snapshot for another process or machine: little-endian bytes with the model's hash and a check
  * sum. */
-#define KL_SNAPSHOT_SIZE (64u + 8u * KL_MAX_STATES)
+#define KL_SNAPSHOT_SIZE (64u + 16u * KL_MAX_STATES)
 enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *state,
                            unsigned char *buffer, size_t size_bytes, size_t *used_bytes);
 /* KL_ERR_SNAPSHOT: damaged, or of another model; the state is then untouched. */

@@ -2,7 +2,7 @@
 #ifndef KL_SUSPENSION_H
 #define KL_SUSPENSION_H
 
-#include "kl_vehicle.h"
+#include "kl_step.h"
 
 /* How many freedoms a body has. */
 static inline uint32_t kl_freedoms_of(const struct kl_body *body) {
@@ -11,6 +11,11 @@ static inline uint32_t kl_freedoms_of(const struct kl_body *body) {
         n += (body->freedoms >> f) & 1u;
     }
     return n;
+}
+
+/* How many states the bodies have; the wheelsets' follow them. */
+static inline uint32_t kl_wheelset_states(const struct kl_model *model) {
+    return model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
 }
 
 /* Coordinates of body b's five freedoms and wheelset w's four (y, z, roll, yaw) in a vehicle of

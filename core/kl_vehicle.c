@@ -121,8 +121,11 @@ static void copy_name(char *to, const char *from) {
 static void set_body(struct kl_body *to, const struct kl_body_def *from) {
     copy_name(to->name, from->name);
     to->mass_kg = (kl_real)from->mass_kg;
+    to->inverse[KL_Y] = (kl_real)(1.0 / from->mass_kg);
+    to->inverse[KL_Z] = to->inverse[KL_Y];
     for (int k = 0; k < 3; k++) {
         to->inertia_kgm2[k] = (kl_real)from->inertia_kgm2[k];
+        to->inverse[KL_ROLL + k] = (kl_real)(1.0 / from->inertia_kgm2[k]);
     }
     to->x_m = (kl_real)from->x_m;
     to->z_m = (kl_real)from->z_m;
@@ -136,6 +139,8 @@ static void set_wheelset(struct kl_wheelset *to, const struct kl_wheelset_def *f
     to->inertia_roll_kgm2 = (kl_real)from->inertia_roll_kgm2;
     to->inertia_spin_kgm2 = (kl_real)from->inertia_spin_kgm2;
     to->inertia_yaw_kgm2 = (kl_real)from->inertia_yaw_kgm2;
+    to->inv_spin_1_kgm2 = (kl_real)(1.0 / from->inertia_spin_kgm2);
+    to->inv_yaw_1_kgm2 = (kl_real)(1.0 / from->inertia_yaw_kgm2);
     to->x_m = (kl_real)from->x_m;
     for (int k = 0; k < 4; k++) {
         to->preload[k] = (kl_real)preload[k];

@@ -89,6 +89,7 @@ struct kl_body {
     char name[KL_NAME_SIZE];
     kl_real mass_kg;
     kl_real inertia_kgm2[3];
+    kl_real inverse[KL_FREEDOMS]; /* of the mass or the moment of inertia of each freedom */
     kl_real x_m;
     kl_real z_m;
     uint32_t freedoms;
@@ -100,6 +101,8 @@ struct kl_wheelset {
     kl_real inertia_roll_kgm2;
     kl_real inertia_spin_kgm2;
     kl_real inertia_yaw_kgm2;
+    kl_real inv_spin_1_kgm2;
+    kl_real inv_yaw_1_kgm2;
     kl_real x_m;
     kl_real preload[4];    /* static force of suspension and dead load: y, z (N), roll, yaw (N m) */
     kl_real static_load_N; /* vertical preload and own weight: the axle load */

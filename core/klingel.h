@@ -11,7 +11,7 @@
  * never turns round. kl_build may search and iterate, within stated bounds; kl_step only looks up
  * and multiplies.
  *
- * Order of a step (each twice, for the two stages of the integrator):
+ * Order of a step, after everything is carried on to its end:
  *   1. track      curvature, cant and irregularities at every wheelset and body
  *   2. geometry   each wheel's row of the contact table; the wheelset's height and roll from its
  * two rows

@@ -10,6 +10,7 @@ static void final_state(struct vehicle *v, int64_t step_ns, double speed, struct
     build(v, &b);
     assert_int_equal(kl_init(&b.model, x, 30, (kl_real)speed), KL_OK);
     wheelset_x(&b.model, x, 0)[KL_WS_Y] = (kl_real)5e-4;
+    kl_refresh(&b.model, x);
     assert_int_equal(coast(&b.model, x, (uint64_t)(2000000000 / step_ns), NULL), 0);
     unbuild(&b);
 }
@@ -85,6 +86,7 @@ static void stable_wagon(struct vehicle *v, double speed, struct built *b, struc
     for (uint32_t w = 0; w < 2; w++) {
         wheelset_x(&b->model, x, w)[KL_WS_Y] = (kl_real)2e-3;
     }
+    kl_refresh(&b->model, x);
 }
 
 /* Slow, the creep is stiff: 2 f22/(m V) is 20 000 1/s at 0.5 m/s. Fast, it is all inertia. */
@@ -129,6 +131,7 @@ static void standstill(void **state) {
         wheelset_x(&b.model, &x, 0)[KL_WS_Y] = (kl_real)2e-3;
         wheelset_x(&b.model, &x, 1)[KL_WS_YAW] = (kl_real)1e-3;
         x.x[kl_body_state_index(&b.model, 0, KL_ROLL, 0)] = (kl_real)0.01;
+        kl_refresh(&b.model, &x);
         assert_int_equal(coast(&b.model, &x, 60000, NULL), 0);
         kl_input_init(&input);
         kl_rates(&b.model, &x, &input, rates, NULL);

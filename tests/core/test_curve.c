@@ -21,6 +21,7 @@ static void steady(struct kl_pair_def pair, struct built *b, struct kl_state *x,
     for (uint32_t w = 0; w < 2; w++) {
         wheelset_x(&b->model, x, w)[KL_WS_Y] = (kl_real)-2e-3;
     }
+    kl_refresh(&b->model, x);
     assert_int_equal(coast(&b->model, x, 60000, o), 0);
     struct kl_state later = *x;
     assert_int_equal(coast(&b->model, &later, 1, NULL), 0);

@@ -60,7 +60,7 @@ static double drift(struct vehicle *v, int64_t step_ns, double speed) {
     return worst / scale;
 }
 
-/* The drift is the integrator's: an undamped second-order scheme gains energy with dt^3. */
+/* The drift is the integrator's. */
 static void kept(struct vehicle *v, const char *what, double speed, double at_1_ms) {
     const double coarse = drift(v, 1000000, speed);
     const double half = drift(v, 500000, speed);
@@ -84,27 +84,48 @@ static void without_creep_and_dampers_it_is_kept(void **state) {
     kept(&v, "wheelset on the linear pair", 40.0, 1e-2);
 }
 
-/* Runs on and wants every step's energy at or below the one before. */
-static void falls(struct vehicle *v, const char *what, double speed, double rise_allowed) {
+struct fall {
+    double rise; /* largest of a step */
+    double left; /* after 5 s */
+    double most; /* ever */
+};
+
+static struct fall run_down(struct vehicle *v, int64_t step_ns, double speed) {
     struct built b;
     struct kl_state x;
+    struct fall fall = {0.0, 0.0, 0.0};
+    v->def.step_ns = step_ns;
     build(v, &b);
     start(&b.model, &x, speed);
     const double scale = excess(&b.model, &x);
-    double before = (double)kl_energy(&b.model, &x);
-    const double first = before;
-    double rise = 0.0;
-    for (int i = 0; i < 5000; i++) {
+    const double first = (double)kl_energy(&b.model, &x);
+    double before = 0.0;
+    for (int64_t i = 0; i < 5000000000 / step_ns; i++) {
         assert_int_equal(coast(&b.model, &x, 1, NULL) & KL_FAULTS_HOLD, 0);
-        const double now = (double)kl_energy(&b.model, &x);
-        rise = fmax(rise, (now - before) / scale);
+        const double now = ((double)kl_energy(&b.model, &x) - first) / scale;
+        fall.rise = fmax(fall.rise, now - before);
+        fall.most = fmax(fall.most, now);
         before = now;
     }
-    print_message("%s: %.3f of the energy left after 5 s, largest rise in a step %.1e\n", what,
-                  1.0 + (before - first) / scale, rise);
-    assert_at_most(rise, rise_allowed);
-    assert_true(before < first - 0.5 * scale);
+    fall.left = 1.0 + before;
     unbuild(&b);
+    return fall;
+}
+
+/* Leapfrog keeps an energy that differs from the true one by a part of the order dt^2, which swings;
+ * so a step may show a rise of that order, and a run none. */
+static void falls(struct vehicle *v, const char *what, double speed) {
+    const struct fall coarse = run_down(v, 1000000, speed);
+    const struct fall fine = run_down(v, 250000, speed);
+    print_message(
+        "%s: %.3f of the energy left after 5 s; largest rise in a step %.1e at 1 ms, %.1e "
+        "at 0.25 ms\n",
+        what, coarse.left, coarse.rise, fine.rise);
+    assert_at_most(coarse.rise, 1e-3);
+    assert_at_most(fine.rise, coarse.rise / 10.0 + 1e-6);
+    assert_at_most(coarse.most, 1e-3);
+    assert_at_most(fine.most, 1e-4);
+    assert_at_most(coarse.left, 0.5);
 }
 
 /* Dampers, but no creep to feed on the forward motion. */
@@ -117,7 +138,7 @@ static void with_dampers_it_never_grows(void **state) {
             v.element[i].c[k] = 2e4;
         }
     }
-    falls(&v, "dampers, 20 m/s", 20.0, 1e-6);
+    falls(&v, "dampers, 20 m/s", 20.0);
 }
 
 /* At standstill the track gives no power: creep can only take. */
@@ -125,11 +146,11 @@ static void with_creep_at_standstill_it_never_grows(void **state) {
     (void)state;
     struct vehicle v;
     wagon(&v, arcs_pair(KL_KINEMATICS_RIGID));
-    falls(&v, "wagon at rest", 0.0, 1e-6);
+    falls(&v, "wagon at rest", 0.0);
     single_wheelset(&v, arcs_pair(KL_KINEMATICS_RIGID), 2e6, 2e6);
     v.wheelset[0].load_N = 1e5;
     v.wheelset[0].creep.friction = (kl_real)0.02;
-    falls(&v, "wheelset at rest, slippery", 0.0, 1e-6);
+    falls(&v, "wheelset at rest, slippery", 0.0);
 }
 
 int main(void) {

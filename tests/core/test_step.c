@@ -130,6 +130,7 @@ static void rates_are_derivatives(void **state) {
     input.speed_m_s = 20;
     wheelset_x(&b.model, &x, 0)[KL_WS_Y] = (kl_real)1e-3;
     x.x[kl_body_state_index(&b.model, 0, KL_ROLL, 0)] = (kl_real)1e-3;
+    kl_refresh(&b.model, &x);
     coast(&b.model, &x, 20000, NULL);
     kl_rates(&b.model, &x, &input, rates, NULL);
     next = x;
@@ -193,6 +194,7 @@ static void friction_factor_scales_friction(void **state) {
     struct kl_input input;
     init(&wheelset_model, &x, 0.0, 20.0);
     wheelset_x(&wheelset_model.model, &x, 0)[KL_WS_YAW] = (kl_real)5e-3;
+    kl_refresh(&wheelset_model.model, &x);
     kl_input_init(&input);
     input.speed_m_s = 20;
     input.friction_factor[0][KL_LEFT] = (kl_real)0.5;
@@ -367,6 +369,7 @@ static void wheel_lift_is_said_and_goes_on(void **state) {
     build(&v, &b);
     init(&b, &x, 0.0, 20.0);
     x.x[kl_body_state_index(&b.model, 0, KL_ROLL, 1)] = (kl_real)2.0;
+    kl_refresh(&b.model, &x);
     double least = 1e9;
     for (int i = 0; i < 300 && least > 0.0; i++) {
         const uint32_t faults = coast(&b.model, &x, 1, &o);

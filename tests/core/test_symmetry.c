@@ -61,6 +61,7 @@ static void start(const struct kl_model *m, struct kl_state *x, double sign) {
     x->x[kl_body_state_index(m, 0, KL_ROLL, 0)] = (kl_real)(sign * 3e-3);
     x->x[kl_body_state_index(m, 0, KL_PITCH, 0)] = (kl_real)4e-4;
     x->x[kl_body_state_index(m, 0, KL_YAW, 1)] += (kl_real)(sign * 1e-3);
+    kl_refresh(m, x);
 }
 
 /* The sign that a state takes in the mirror. */

@@ -192,6 +192,7 @@ static int run_one(const char *name, int (*define)(struct vehicle *, struct run 
         return 1;
     }
     x.x[kl_wheelset_state_index(&model, 0, KL_WS_Y)] = (kl_real)run.y_m;
+    kl_refresh(&model, &x);
     kl_input_init(&input);
     input.speed_m_s = (kl_real)run.target_m_s;
     uint64_t states = KL_HASH_SEED;

@@ -45,6 +45,7 @@ static void begin(struct bench_run *run, const struct bench_vehicle *vehicle) {
         for (uint32_t w = 0; w < vehicle->model->n_wheelsets; w++) {
             run->start.x[kl_wheelset_state_index(vehicle->model, w, KL_WS_Y)] = (kl_real)1e-3;
         }
+        kl_refresh(vehicle->model, &run->start);
     }
     run->state = run->start;
 }

@@ -48,6 +48,7 @@ static int prepare(struct run *run, const struct arguments *a) {
             return set;
         }
     }
+    kl_refresh(run->model, &run->state);
     double steps = a->time_s / (double)run->model->step_s;
     if (steps > MOST_STEPS) {
         return cli_misuse("--time %g: more than %g steps of %g s", a->time_s, MOST_STEPS,

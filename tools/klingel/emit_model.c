@@ -44,6 +44,8 @@ static void bodies(FILE *f, const struct kl_model *m, const char *name) {
         field(f, "mass_kg", b->mass_kg);
         fputs("\n     .inertia_kgm2 = ", f);
         reals(f, b->inertia_kgm2, 3);
+        fputs("\n     .inverse = ", f);
+        reals(f, b->inverse, KL_FREEDOMS);
         fputs(",\n     ", f);
         field(f, "x_m", b->x_m);
         field(f, "z_m", b->z_m);
@@ -75,6 +77,8 @@ static void wheelsets(FILE *f, const struct kl_model *m, const char *name) {
         field(f, "inertia_spin_kgm2", w->inertia_spin_kgm2);
         fputs("\n     ", f);
         field(f, "inertia_yaw_kgm2", w->inertia_yaw_kgm2);
+        field(f, "inv_spin_1_kgm2", w->inv_spin_1_kgm2);
+        field(f, "inv_yaw_1_kgm2", w->inv_yaw_1_kgm2);
         field(f, "x_m", w->x_m);
         fputs("\n     .preload = ", f);
         reals(f, w->preload, 4);
