@@ -23,6 +23,7 @@ enum cli_status { CLI_OK = 0, CLI_FAILED = 1, CLI_USAGE = 2 };
 
 int cmd_bench(int argc, char **argv);
 int cmd_build(int argc, char **argv);
+int cmd_conicity(int argc, char **argv);
 int cmd_dbc(int argc, char **argv);
 int cmd_geometry(int argc, char **argv);
 int cmd_hil(int argc, char **argv);
@@ -112,6 +113,9 @@ struct cli_target {
 #define CLI_MAX_OPTIONS 31 /* of a sub-command, besides --set */
 struct cli_command {
     bool takes_track; /* MODEL [TRACK], else MODEL */
+    const char
+        *operands; /* what stands for them in help where MODEL may be left out, which the command
+                             then checks; NULL: MODEL must be given */
     const char *purpose;
     const char *example; /* lines to be typed, each ended by "\n" */
     const struct cli_option *options;

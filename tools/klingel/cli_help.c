@@ -120,6 +120,9 @@ static void print_option(const struct cli_option *option) {
 }
 
 const char *cli_operands(const struct cli_command *command) {
+    if (command->operands != NULL) {
+        return command->operands;
+    }
     return command->takes_track ? "MODEL [TRACK]" : "MODEL";
 }
 

@@ -182,7 +182,7 @@ static int parse(const struct cli_command *command, int argc, char **argv,
             *operand[n++] = argv[i];
         }
     }
-    if (status == CLI_OK && target->vehicle == NULL) {
+    if (status == CLI_OK && target->vehicle == NULL && command->operands == NULL) {
         status = cli_misuse("an argument is missing: expected %s", cli_operands(command));
     }
     return status;

@@ -9,6 +9,7 @@ static const struct sub_command {
     const char *what;
 } sub_commands[] = {
     {"geometry", cmd_geometry, "wheel-rail geometry: contact tables, conicity, jumps"},
+    {"conicity", cmd_conicity, "equivalent conicity after EN 15302 against amplitude and gauge"},
     {"run", cmd_run, "simulate as fast as possible: states and forces as CSV, summary, hash"},
     {"modes", cmd_modes, "eigenvalues and damping about an equilibrium; critical speeds"},
     {"bench", cmd_bench, "measure the time and the instructions of a step"},
