@@ -270,9 +270,9 @@ static void service_is_bounded(void **state) {
 
 static void any_bytes_are_survived(void **state) {
     (void)state;
-    static const char *const pieces[] = {"t123", "0",        "2AABB", "T00000", "R",    "r7FF",
-                                         "\r",   "\r",       "\rO\r", "C\r",    "S6\r", "F\r",
-                                         "m0\r", "C\rZ1\rV", "\a",    "8"};
+    static const char *const pieces[] = {
+        "t123", "0",    "2AABB", "T00000", "R",          "r7FF", "\r", "\r",       "\rO\r",
+        "C\r",  "S6\r", "F\r",   "m0\r",   "\rC\rZ1\rV", "\a",   "8",  "\rt1230\r"};
     const uint32_t seed = 30;
     uint32_t number = seed;
     struct kl_can_frame frame;
