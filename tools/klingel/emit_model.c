@@ -44,7 +44,7 @@ static void bodies(FILE *f, const struct kl_model *m, const char *name) {
         field(f, "mass_kg", b->mass_kg);
         fputs("\n     .inertia_kgm2 = ", f);
         reals(f, b->inertia_kgm2, 3);
-        fputs("\n     .inverse = ", f);
+        fputs(",\n     .inverse = ", f);
         reals(f, b->inverse, KL_FREEDOMS);
         fputs(",\n     ", f);
         field(f, "x_m", b->x_m);
