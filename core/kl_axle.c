@@ -409,11 +409,8 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
         KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(forces->f33_Nm2, g));
         KL_LANE(spin, g) = by * f11 * (r * r);
     }
-    const kl_real y = KL_SUM(along) * forces->inv_mass_1_kg;
-    const kl_real about = KL_SUM(yaw) * wheelset->inv_yaw_1_kgm2;
-    KL_EACH_LANE(g) {
-        KL_LANE(stiffness->y_and_yaw, g) = kl_lane_of(y, about, g) * step_s;
-    }
+    stiffness->y = KL_SUM(along) * forces->inv_mass_1_kg * step_s;
+    stiffness->yaw = KL_SUM(yaw) * wheelset->inv_yaw_1_kgm2 * step_s;
     stiffness->spin = KL_SUM(spin) * wheelset->inv_spin_1_kgm2 * step_s;
 }
 

@@ -125,7 +125,8 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_a
  * damping, a secant of the saturated law.
  */
 struct kl_stiffness {
-    kl_both y_and_yaw;
+    kl_real y;
+    kl_real yaw;
     kl_real spin;
 };
 void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,

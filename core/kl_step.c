@@ -160,23 +160,24 @@ void kl_rates(const struct kl_model *model, const struct kl_state *state,
  * leapfrog.
  */
 struct damped {
+    kl_both force;   /* F */
+    kl_both carried; /* e, and sigma a afterwards */
+    kl_both z;
     kl_both a;
-    kl_both carried; /* sigma a */
 };
 
 static inline kl_lane carried_part(kl_lane z) {
     return KL_R(1) / kl_lane_max(z, kl_lane_all(KL_R(1)));
 }
 
-static void damp(const kl_both *force, const kl_both *carried, const kl_both *z,
-                 struct damped *out) {
+static void damp(struct damped *d) {
     KL_EACH_LANE(g) {
-        const kl_lane half_z = KL_R(0.5) * KL_LANE(*z, g);
-        const kl_lane sigma = carried_part(KL_LANE(*z, g));
-        const kl_lane a = (KL_LANE(*force, g) + half_z * KL_LANE(*carried, g)) /
+        const kl_lane half_z = KL_R(0.5) * KL_LANE(d->z, g);
+        const kl_lane sigma = carried_part(KL_LANE(d->z, g));
+        const kl_lane a = (KL_LANE(d->force, g) + half_z * KL_LANE(d->carried, g)) /
                           (KL_R(1) + (KL_R(2) - sigma) * half_z);
-        KL_LANE(out->a, g) = a;
-        KL_LANE(out->carried, g) = sigma * a;
+        KL_LANE(d->a, g) = a;
+        KL_LANE(d->carried, g) = sigma * a;
     }
 }
 
@@ -194,17 +195,17 @@ static void finish_wheelset(const struct kl_model *model, const struct kl_evalua
                             kl_real *x, kl_real *rate) {
     const struct kl_axle *axle = &e->axle[w];
     const kl_real h = model->step_s;
+    const kl_real *force = axle->rate;
     struct kl_stiffness z;
-    struct damped moved;
-    struct damped turned;
     kl_axle_stiffness(&model->wheelsets[w], axle, &e->forces[w], h, &z);
-    const kl_both force = {axle->rate[KL_WS_Y_RATE], axle->rate[KL_WS_YAW_RATE]};
-    const kl_both carried = {rate[KL_WS_Y_RATE], rate[KL_WS_YAW_RATE]};
-    const kl_both torque = {axle->rate[KL_WS_SPIN], KL_R(0)};
-    const kl_both spinning = {rate[KL_WS_SPIN], KL_R(0)};
-    const kl_both z_spin = {z.spin, KL_R(0)};
-    damp(&force, &carried, &z.y_and_yaw, &moved);
-    damp(&torque, &spinning, &z_spin, &turned);
+    struct damped moved = {.force = {force[KL_WS_Y_RATE], force[KL_WS_YAW_RATE]},
+                           .carried = {rate[KL_WS_Y_RATE], rate[KL_WS_YAW_RATE]},
+                           .z = {z.y, z.yaw}};
+    struct damped turned = {.force = {force[KL_WS_SPIN], KL_R(0)},
+                            .carried = {rate[KL_WS_SPIN], KL_R(0)},
+                            .z = {z.spin, KL_R(0)}};
+    damp(&moved);
+    damp(&turned);
     finish(&x[KL_WS_Y], &rate[KL_WS_Y], &axle->x[KL_WS_Y], &axle->rate[KL_WS_Y], h, moved.a[0],
            moved.carried[0]);
     finish(&x[KL_WS_YAW], &rate[KL_WS_YAW], &axle->x[KL_WS_YAW], &axle->rate[KL_WS_YAW], h,
@@ -282,8 +283,8 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state) {
         kl_real *rate = &state->rate[first + KL_WHEELSET_STATES * w];
         struct kl_stiffness z;
         kl_axle_stiffness(&model->wheelsets[w], &e.axle[w], &e.forces[w], model->step_s, &z);
-        rate[KL_WS_Y_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y_and_yaw[0])));
-        rate[KL_WS_YAW_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y_and_yaw[1])));
+        rate[KL_WS_Y_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y)));
+        rate[KL_WS_YAW_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.yaw)));
         rate[KL_WS_SPIN] *= kl_lane_first(carried_part(kl_lane_all(z.spin)));
     }
 }
