@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "cli.h"
+#include "cli_plot.h"
+#include "geometry_plot.h"
 
 #define MM 1e3
 #define TIMED_BUILDS 5
@@ -14,6 +16,7 @@ struct arguments {
     struct cli_list solve;
     double solve_m[CLI_MAX_LIST];
     const char *csv;
+    const char *plot;
     struct cli_target target;
 };
 
@@ -309,14 +312,25 @@ static int show_csv(const struct work *w, const struct arguments *a, FILE *csv) 
     return CLI_OK;
 }
 
+static int show_picture(const struct work *w, const struct arguments *a) {
+    char title[400];
+    snprintf(title, sizeof title, "Contact geometry of %s, %s", w->name, a->target.vehicle);
+    const struct geometry_picture picture = {
+        .title = title, .def = w->def, .pair = &w->pair, .every_m = a->every_m};
+    return geometry_plot(&picture, a->plot);
+}
+
 static int show(struct cli_model *m, const struct arguments *a) {
     struct cli_output csv = {0};
     uint32_t first = 0;
     uint32_t last = 0;
     int status = choose(m, a->pair, &first, &last);
-    if (status == CLI_OK && a->csv != NULL && first != last) {
-        status = cli_misuse("--csv holds one pair: choose it by --pair, for example --pair %s",
-                            model_file_pair_name(&m->file, 0));
+    if (status == CLI_OK && (a->csv != NULL || a->plot != NULL) && first != last) {
+        status = cli_misuse("%s holds one pair: choose it by --pair, for example --pair %s",
+                            a->csv != NULL ? "--csv" : "--plot", model_file_pair_name(&m->file, 0));
+    }
+    if (status == CLI_OK && cli_is_stdout(a->csv) && cli_is_stdout(a->plot)) {
+        status = cli_misuse("only one of --csv and --plot can be standard output");
     }
     if (status == CLI_OK && a->csv != NULL) {
         status = cli_output_open(&csv, a->csv);
@@ -327,12 +341,18 @@ static int show(struct cli_model *m, const struct arguments *a) {
                          .name = model_file_pair_name(&m->file, i)};
         status = build(&w);
         status = status == CLI_OK ? check_solve(&w, a) : status;
-        if (status == CLI_OK && !cli_is_stdout(a->csv)) {
+        if (status == CLI_OK && !cli_is_stdout(a->csv) && !cli_is_stdout(a->plot)) {
             printf("%s", i > first ? "\n" : "");
             status = show_text(&w, a);
         }
         if (status == CLI_OK && a->csv != NULL) {
             status = show_csv(&w, a, csv.file);
+        }
+        if (i == last) {
+            status = cli_output_close(&csv, status);
+        }
+        if (status == CLI_OK && a->plot != NULL) {
+            status = show_picture(&w, a);
         }
         free(w.memory);
     }
@@ -365,6 +385,8 @@ int cmd_geometry(int argc, char **argv) {
         cli_maybe_file_option("--csv", &a.csv,
                               "the whole table as CSV in SI units; without FILE, or with -, to\n"
                               "standard output in place of the text"),
+        cli_plot_option(&a.plot, "profiles with contact lines every --every mm, rolling radii,\n"
+                                 "contact angles, roll and jumps as a picture: .png, .pdf, .svg"),
     };
     const struct cli_command command = {
         .purpose =

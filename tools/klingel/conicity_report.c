@@ -181,9 +181,11 @@ static void plot_conicity(const struct conicity_report *r, struct cli_plot *plot
     cli_plot_panel(plot, &(struct cli_plot_panel){.title = "Equivalent conicity",
                                                   .x_label = "amplitude [mm]",
                                                   .y_label = "tan γe [–]"});
+    const struct cli_plot_style zero = {.colour = CLI_PLOT_QUIET, .thin = true};
     const struct cli_plot_style line = {.label = "integration (Annex B)"};
     const struct cli_plot_style dashed = {
         .label = "linear regression (Annex C)", .colour = CLI_PLOT_SECOND, .pen = CLI_PLOT_DASHED};
+    cli_plot_mark(plot, &zero, 'y', 0.0, NULL);
     cli_plot_line(plot, &line, amplitude, conicity, CURVE_STEPS + 1);
     cli_plot_line(plot, &dashed, amplitude, regression, CURVE_STEPS + 1);
     if (r->single.status == CONICITY_OK) {
@@ -253,6 +255,8 @@ static int plot_gauges(const struct conicity_report *r, struct cli_plot *plot) {
                                                   .row = 1,
                                                   .columns = 2});
     const struct cli_plot_style line = {.label = NULL};
+    const struct cli_plot_style zero = {.colour = CLI_PLOT_QUIET, .thin = true};
+    cli_plot_mark(plot, &zero, 'y', 0.0, NULL);
     const struct cli_plot_style dots = {.pen = CLI_PLOT_POINTS};
     cli_plot_line(plot, &line, values, values + r->n_gauges, r->n_gauges);
     cli_plot_line(plot, &dots, values, values + r->n_gauges, r->n_gauges);

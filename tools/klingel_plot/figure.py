@@ -101,6 +101,15 @@ def _draw_panel(axes, panel: dict[str, Any]) -> None:
         axes.legend(loc="best", handlelength=2.2)
 
 
+def _draw_head(figure, title: str, notes: str | None) -> None:
+    """Title and notes in a strip of their own, whatever the figure's height."""
+    height = figure.get_figheight()
+    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - style.HEAD_IN / height))
+    figure.text(0.012, 1.0 - 0.12 / height, title, ha="left", va="top", fontsize=12.5, fontweight="bold")
+    if notes:
+        figure.text(0.012, 1.0 - 0.39 / height, notes, ha="left", va="top", fontsize=8.5, color="#444444")
+
+
 def draw(description: dict[str, Any], file: BinaryIO) -> None:
     """Writes the picture. DescriptionError: not such a description. ImportError: no Matplotlib."""
     import matplotlib
@@ -121,12 +130,7 @@ def draw(description: dict[str, Any], file: BinaryIO) -> None:
                 cells = grid[panel["row"]:panel["row"] + panel["rows"],
                              panel["column"]:panel["column"] + panel["columns"]]
                 _draw_panel(figure.add_subplot(cells), panel)
-            notes = description["notes"]
-            figure.suptitle(description["title"] + ("\n" if notes else ""), x=0.012, ha="left", fontsize=12.5,
-                            fontweight="bold")
-            if notes:
-                head = 1.0 - 0.42 / figure.get_figheight()
-                figure.text(0.012, head, notes, ha="left", va="center", fontsize=8.5, color="#444444")
+            _draw_head(figure, description["title"], description["notes"])
             # the same description gives the same file: no date in it
             undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(description["format"])
             figure.savefig(file, format=description["format"], dpi=style.DPI, metadata=undated)
