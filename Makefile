@@ -81,6 +81,7 @@ $(BUILD)/tests/%: tests/%.c $(LIBS)
 	$(CC) $(TESTFLAGS) -MMD -MP -o $@ $< $(LIBS) -lcmocka -lm -lpthread
 
 include tests/conformance/Makefile.inc
+include port/mps2/Makefile.inc
 
 test-programs: all $(TEST_BIN) $(CONFORMANCE) $(BUILD)/tests/hal_linux/stream_socketcand
 

@@ -62,7 +62,8 @@ def parser() -> argparse.ArgumentParser:
                                    formatter_class=argparse.RawDescriptionHelpFormatter)
     bus = made.add_argument_group("bus")
     bus.add_argument("--bus", default="socketcand", metavar="NAME",
-                     help="vcan0 or another CAN interface, or socketcand[:HOST:PORT] (default: %(default)s)")
+                     help="vcan0 or another CAN interface, socketcand[:HOST:PORT], or slcan:DEVICE, an adapter or"
+                          " firmware on a serial port or pty (default: %(default)s)")
     bus.add_argument("--channel", default="vcan0", metavar="NAME",
                      help="what to open at the socketcand server, and the name in the log (default: %(default)s)")
     bus.add_argument("--wait", type=_positive, default=5.0, metavar="SECONDS",

@@ -1,4 +1,4 @@
-"""The bus through stock python-can: SocketCAN, or the socketcand port.
+"""The bus through stock python-can: SocketCAN, the socketcand port, or slcan on a serial port.
 
 One thread receives and does nothing else, so that no frame waits while the rest of the bench decodes, draws or
 writes. python-can 4.1 neither notices that a socketcand server has gone nor gives up a port that is closed for less
@@ -23,6 +23,7 @@ DEFAULT_PORT = 29536
 MAX_WAITING = 500_000  # frames between the receiving thread and the rest
 POLL_S = 0.05
 HANDSHAKE_S = 5.0
+SERIAL_BAUD = 921600  # of a real serial port
 RECEIVE_BUFFER_BYTES = 4 << 20  # SocketCAN's default holds some 280 frames
 
 # A closed or misbehaving peer makes python-can write a line per read; the bench says it once, in its own words.
@@ -42,18 +43,24 @@ class TransportError(Exception):
 
 @dataclasses.dataclass(frozen=True)
 class Address:
-    """`vcan0`, or `socketcand[:HOST:PORT]`."""
+    """`vcan0`, `socketcand[:HOST:PORT]`, or `slcan:DEVICE`."""
 
     channel: str
-    host: str | None = None  # None: SocketCAN
+    host: str | None = None  # None: SocketCAN or slcan
     port: int = 0
+    device: str | None = None  # slcan's serial port
 
     @classmethod
     def parse(cls, text: str, channel: str = "vcan0") -> "Address":
         kind, _, rest = text.partition(":")
+        if kind == "slcan":
+            if not rest:
+                raise ValueError(f"'{text}': slcan needs a serial port, as in slcan:/dev/ttyUSB0")
+            return cls(channel=channel, device=rest)
         if kind != "socketcand":
             if not text or ":" in text or len(text) > 15:
-                raise ValueError(f"'{text}' is neither the name of a CAN interface nor socketcand[:HOST:PORT]")
+                raise ValueError(f"'{text}' is neither the name of a CAN interface, nor socketcand[:HOST:PORT],"
+                                 " nor slcan:DEVICE")
             return cls(channel=text)
         host, _, port = rest.rpartition(":")
         try:
@@ -65,6 +72,8 @@ class Address:
         return cls(channel=channel, host=host.strip("[]") or DEFAULT_HOST, port=number)
 
     def __str__(self) -> str:
+        if self.device is not None:
+            return f"slcan {self.device}"
         return self.channel if self.host is None else f"socketcand {self.host}:{self.port}"
 
 
@@ -82,6 +91,8 @@ def _knock(address: Address) -> None:
 
 
 def _open_once(address: Address) -> can.BusABC:
+    if address.device is not None:
+        return can.Bus(interface="slcan", channel=address.device, ttyBaudrate=SERIAL_BAUD, sleep_after_open=0)
     if address.host is None:
         bus = can.Bus(interface="socketcan", channel=address.channel)
         for option in ("SO_RCVBUFFORCE", "SO_RCVBUF"):  # the first needs privileges and goes beyond the limit
@@ -166,7 +177,7 @@ class Link:
     def _goes_on_after(self, error: Exception) -> bool:
         """An interface that is down may come up again; everything else is the end."""
         code = getattr(error, "error_code", None)
-        if self._stream is None and code == errno.ENETDOWN:
+        if self.address.host is None and self.address.device is None and code == errno.ENETDOWN:
             self.times_down += 1
             return not self._ending.wait(POLL_S)
         if not self._ending.is_set():
@@ -191,7 +202,7 @@ class Link:
         try:
             self._bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
         except (can.CanError, OSError) as error:
-            if self._stream is not None and not self.lost:
+            if (self._stream is not None or self.address.device is not None) and not self.lost:
                 self.lost = f"cannot send: {_reason(error)}"
             return False
         return True
