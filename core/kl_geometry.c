@@ -125,12 +125,14 @@ static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl
     const uint32_t half = tables->half;
     const int32_t first = t->symmetric ? 0 : -(int32_t)half;
     struct kl_touch touch = {.phi_rad = 0.0};
+    double central_phi = 0.0;
     for (int32_t i = 0; i <= (int32_t)half; i++) {
         const double u = def->step_m * (double)i;
         const enum kl_status status = kl_tangency_solve(t, u, &touch, diag);
         if (status != KL_OK) {
             return status;
         }
+        central_phi = i == 0 ? touch.phi_rad : central_phi;
         fill_row(t, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
         fill_row(t, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
         if (t->symmetric) { /* the mirrored posture, to the last bit */
@@ -138,7 +140,7 @@ static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl
             tables->rows[KL_LEFT][(int32_t)half + i] = tables->rows[KL_RIGHT][(int32_t)half + i];
         }
     }
-    touch.phi_rad = 0.0;
+    touch.phi_rad = central_phi; /* as the way to the other end began: sides swapped, same bits */
     for (int32_t i = -1; i >= first; i--) {
         const double u = def->step_m * (double)i;
         const enum kl_status status = kl_tangency_solve(t, u, &touch, diag);
@@ -155,7 +157,6 @@ static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl
     return KL_OK;
 }
 
-/* Halves an interval in which the contact point moves far, to tell a jump from a fast slide. */
 /* One place between two rows while a jump is closed in on. */
 static enum kl_status contact_at(const struct kl_tangency *t, enum kl_side s, double w,
                                  struct kl_touch *touch, double *eta, struct kl_diag *diag) {

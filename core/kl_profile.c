@@ -1,9 +1,10 @@
-/* kl_profile.c - cross-sections: natural cubic spline through points, circular arc, straight cone.
+/* kl_profile.c - cross-sections: natural cubic spline through points or near them, circular arc, straight cone.
  */
 #include "kl_profile.h"
 
 #include "kl_diag.h"
 #include "kl_math.h"
+#include "kl_smooth.h"
 
 #define STEEPEST_SLOPE 100.0
 
@@ -58,27 +59,12 @@ static void spline(const double *x, const double *y, double *second, double *wor
     }
 }
 
-static enum kl_status build_points(const struct kl_profile_def *def, double rotate_rad,
-                                   struct kl_arena *arena, struct kl_profile *profile,
-                                   struct kl_diag *diag) {
-    const uint32_t n = def->n_points;
-    if (n < KL_PROFILE_MIN_POINTS || n > KL_PROFILE_MAX_POINTS) {
-        return kl_report(diag, KL_ERR_PROFILE, "profile: number of points must be 8..4096", -1, n);
-    }
-    if (def->eta_m == NULL || def->zeta_m == NULL) {
-        return kl_report(diag, KL_ERR_ARGUMENT, "profile: no points given", -1, 0.0);
-    }
-    double *eta = kl_arena_take(arena, n, sizeof *eta);
-    double *zeta = kl_arena_take(arena, n, sizeof *zeta);
-    double *second = kl_arena_take(arena, n, sizeof *second);
-    const size_t mark = arena->used;
-    double *work = kl_arena_take(arena, n, sizeof *work);
-    if (eta == NULL || zeta == NULL || second == NULL || work == NULL) {
-        return kl_report(diag, KL_ERR_MEMORY, "profile points", -1, (double)arena->wanted);
-    }
+/* Points turned by `rotate_rad`, as they come. */
+static enum kl_status turn_points(const struct kl_profile_def *def, double rotate_rad, double *eta,
+                                  double *zeta, struct kl_diag *diag) {
     const double c = kl_cos(rotate_rad);
     const double s = kl_sin(rotate_rad);
-    for (uint32_t i = 0; i < n; i++) {
+    for (uint32_t i = 0; i < def->n_points; i++) {
         const double e = def->eta_m[i];
         const double z = def->zeta_m[i];
         if (!(kl_abs(e) < 1.0 && kl_abs(z) < 1.0)) {
@@ -87,25 +73,92 @@ static enum kl_status build_points(const struct kl_profile_def *def, double rota
         }
         eta[i] = c * e - s * z;
         zeta[i] = s * e + c * z;
-        if (i > 0 && !(eta[i] - eta[i - 1] > 1e-7)) {
+    }
+    return KL_OK;
+}
+
+/* zeta is a function of eta, and not too steep. */
+static enum kl_status check_points(const double *eta, const double *zeta, uint32_t n,
+                                   struct kl_diag *diag) {
+    for (uint32_t i = 1; i < n; i++) {
+        if (!(eta[i] - eta[i - 1] > 1e-7)) {
             return kl_report(diag, KL_ERR_PROFILE,
                              "profile: eta must grow from point to point by more than 1e-7 m",
-                             (int32_t)i, def->eta_m[i]);
+                             (int32_t)i, eta[i]);
         }
-        if (i > 0 && !(kl_abs(zeta[i] - zeta[i - 1]) < STEEPEST_SLOPE * (eta[i] - eta[i - 1]))) {
+        if (!(kl_abs(zeta[i] - zeta[i - 1]) < STEEPEST_SLOPE * (eta[i] - eta[i - 1]))) {
             return kl_report(diag, KL_ERR_PROFILE, "profile is steeper than 89.4 degrees",
-                             (int32_t)i, def->eta_m[i]);
+                             (int32_t)i, eta[i]);
         }
     }
-    spline(eta, zeta, second, work, n);
-    arena->used = mark;
-    profile->kind = KL_PROFILE_POINTS;
-    profile->n_points = n;
+    return KL_OK;
+}
+
+/* The points that the spline goes through: those of the definition, or the knots of the smooth
+ * curve near them. They stay in the arena. */
+static enum kl_status spline_points(const struct kl_profile_def *def, double rotate_rad,
+                                    struct kl_arena *arena, struct kl_profile *profile,
+                                    struct kl_diag *diag) {
+    double *eta = kl_arena_take(arena, def->n_points, sizeof *eta);
+    double *zeta = kl_arena_take(arena, def->n_points, sizeof *zeta);
+    if (eta == NULL || zeta == NULL) {
+        return kl_report(diag, KL_ERR_MEMORY, "profile points", -1, (double)arena->wanted);
+    }
+    enum kl_status status = turn_points(def, rotate_rad, eta, zeta, diag);
+    if (status != KL_OK) {
+        return status;
+    }
+    profile->n_points = def->n_points;
     profile->eta_m = eta;
     profile->zeta_m = zeta;
+    if (def->smoothing_m > 0.0) {
+        const struct kl_smooth_points points = {def->n_points, eta, zeta};
+        const uint32_t n = kl_smooth_size(&points);
+        double *smooth_eta = kl_arena_take(arena, n, sizeof *smooth_eta);
+        double *smooth_zeta = kl_arena_take(arena, n, sizeof *smooth_zeta);
+        if (smooth_eta == NULL || smooth_zeta == NULL) {
+            return kl_report(diag, KL_ERR_MEMORY, "profile points", -1, (double)arena->wanted);
+        }
+        status = kl_smooth(&points, def->smoothing_m, arena, smooth_eta, smooth_zeta, diag);
+        profile->n_points = n;
+        profile->eta_m = smooth_eta;
+        profile->zeta_m = smooth_zeta;
+    }
+    return status == KL_OK ? check_points(profile->eta_m, profile->zeta_m, profile->n_points, diag)
+                           : status;
+}
+
+static enum kl_status build_points(const struct kl_profile_def *def, double rotate_rad,
+                                   struct kl_arena *arena, struct kl_profile *profile,
+                                   struct kl_diag *diag) {
+    if (def->n_points < KL_PROFILE_MIN_POINTS || def->n_points > KL_PROFILE_MAX_POINTS) {
+        return kl_report(diag, KL_ERR_PROFILE, "profile: number of points must be 8..4096", -1,
+                         def->n_points);
+    }
+    if (def->eta_m == NULL || def->zeta_m == NULL) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "profile: no points given", -1, 0.0);
+    }
+    if (def->smoothing_m != 0.0 && !(def->smoothing_m >= 1e-7 && def->smoothing_m <= 1e-3)) {
+        return kl_report(diag, KL_ERR_VALUE, "profile: smoothing_m must be 0 or 1e-7..1e-3", -1,
+                         def->smoothing_m);
+    }
+    const enum kl_status status = spline_points(def, rotate_rad, arena, profile, diag);
+    if (status != KL_OK) {
+        return status;
+    }
+    const uint32_t n = profile->n_points;
+    double *second = kl_arena_take(arena, n, sizeof *second);
+    const size_t mark = arena->used;
+    double *work = kl_arena_take(arena, n, sizeof *work);
+    if (second == NULL || work == NULL) {
+        return kl_report(diag, KL_ERR_MEMORY, "profile points", -1, (double)arena->wanted);
+    }
+    spline(profile->eta_m, profile->zeta_m, second, work, n);
+    arena->used = mark;
+    profile->kind = KL_PROFILE_POINTS;
     profile->second_1_m = second;
-    profile->eta_min_m = eta[0];
-    profile->eta_max_m = eta[n - 1];
+    profile->eta_min_m = profile->eta_m[0];
+    profile->eta_max_m = profile->eta_m[n - 1];
     return KL_OK;
 }
 

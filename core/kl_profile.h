@@ -19,7 +19,7 @@ extern "C" {
 #define KL_PROFILE_MAX_POINTS 4096
 
 enum kl_profile_kind {
-    KL_PROFILE_POINTS = 0, /* a cubic spline through points */
+    KL_PROFILE_POINTS = 0, /* a cubic spline through points, or near them */
     KL_PROFILE_ARC = 1 /* one circular arc through eta = 0, zeta = 0; radius 0: a straight cone */
 };
 
@@ -27,9 +27,12 @@ enum kl_profile_kind {
  * building. */
 struct kl_profile_def {
     enum kl_profile_kind kind;
-    uint32_t n_points;    /* POINTS: KL_PROFILE_MIN_POINTS..KL_PROFILE_MAX_POINTS */
-    const double *eta_m;  /* POINTS: strictly increasing */
+    uint32_t n_points;   /* POINTS: KL_PROFILE_MIN_POINTS..KL_PROFILE_MAX_POINTS */
+    const double *eta_m; /* POINTS: strictly increasing (if smoothed: in order along the section) */
     const double *zeta_m; /* POINTS */
+    double smoothing_m;   /* POINTS: 0: the spline meets every point; else 1e-7..1e-3, how far the
+                             points may lie off a smooth curve (root mean square along the
+                             section), see kl_smooth.h */
     double radius_m;      /* ARC: > 0, delta grows with eta; 0 means straight */
     double slope_rad;     /* ARC: delta at eta = 0, |slope| < 0.5 */
     double half_width_m;  /* ARC: valid for |eta| <= half_width, > 0 and below the radius */
@@ -60,9 +63,9 @@ struct kl_profile {
 /*
  * Checks a definition and prepares it; `rotate_rad` turns the cross-section first (rail cant:
  * positive turns the head towards the track's middle, that is adds to delta). KL_ERR_PROFILE: too
- * few or too many points, eta not strictly increasing (also after turning), or a slope above 100
- * (89.4 degrees). KL_ERR_VALUE: a value that is not finite or out of range. KL_ERR_MEMORY. Bound:
- * linear in n_points.
+ * few or too many points, eta not strictly increasing (also after turning and smoothing), a slope
+ * above 100 (89.4 degrees), or a smoothing that cannot be had (see kl_smooth.h). KL_ERR_VALUE: a
+ * value that is not finite or out of range. KL_ERR_MEMORY. Bound: linear in n_points.
  */
 enum kl_status kl_profile_build(const struct kl_profile_def *def, double rotate_rad,
                                 struct kl_arena *arena, struct kl_profile *profile,

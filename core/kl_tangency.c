@@ -191,7 +191,7 @@ static void polish(const struct kl_tangency *t, double u, struct side_terms term
         const struct follow fl = follow_of(l);
         const double miss = *phi * base - (r->height - l->height);
         const double change = (fr.by_residual * r->residual - fl.by_residual * l->residual - miss) /
-                              (base - fr.by_phi - fl.by_phi);
+                              (base - (fr.by_phi + fl.by_phi));
         const double move_r = -(r->residual + r->f_phi * change) / r->f_eta;
         const double move_l = -(l->residual - l->f_phi * change) / l->f_eta;
         if (!(kl_abs(move_r) < 1e-5 && kl_abs(move_l) < 1e-5 && kl_abs(change) < 1e-5)) {
@@ -209,7 +209,7 @@ static void finish(const struct kl_tangency *t, const struct side_terms terms[KL
     const struct follow fr = follow_of(&terms[KL_RIGHT]);
     const struct follow fl = follow_of(&terms[KL_LEFT]);
     touch->phi_rad = phi;
-    touch->phi_y_rad_m = (fr.by_w + fl.by_w) / (base - fr.by_phi - fl.by_phi);
+    touch->phi_y_rad_m = (fr.by_w + fl.by_w) / (base - (fr.by_phi + fl.by_phi));
     touch->height_w[KL_RIGHT] = fr.by_w + fr.by_phi * touch->phi_y_rad_m;
     touch->height_w[KL_LEFT] = fl.by_w + fl.by_phi * touch->phi_y_rad_m;
     for (int s = 0; s < KL_SIDES; s++) {
@@ -237,7 +237,7 @@ enum kl_status kl_tangency_solve(const struct kl_tangency *t, double u, struct k
                              "the contact runs off a profile's end at this displacement", -1, u);
         }
         const double slope =
-            base - follow_of(&terms[KL_RIGHT]).by_phi - follow_of(&terms[KL_LEFT]).by_phi;
+            base - (follow_of(&terms[KL_RIGHT]).by_phi + follow_of(&terms[KL_LEFT]).by_phi);
         const double miss = phi * base - (terms[KL_RIGHT].height - terms[KL_LEFT].height);
         if (miss > 0.0) {
             high = phi;
@@ -387,7 +387,7 @@ static int same_profile(const struct kl_profile_def *a, const struct kl_profile_
         return a->radius_m == b->radius_m && a->slope_rad == b->slope_rad &&
                a->half_width_m == b->half_width_m;
     }
-    if (a->n_points != b->n_points) {
+    if (a->n_points != b->n_points || a->smoothing_m != b->smoothing_m) {
         return 0;
     }
     if (a->eta_m == b->eta_m && a->zeta_m == b->zeta_m) {
@@ -414,8 +414,13 @@ enum kl_status kl_tangency_build(const struct kl_pair_def *def, struct kl_arena 
                                  struct kl_tangency *t, struct kl_diag *diag) {
     t->kinematics = def->kinematics;
     t->material = def->material;
+    t->symmetric = is_symmetric(def);
     for (int s = 0; s < KL_SIDES; s++) {
         struct kl_contact_side *side = &t->side[s];
+        if (s == KL_LEFT && t->symmetric) {
+            *side = t->side[KL_RIGHT]; /* searched one after the other, so they share the scratch */
+            break;
+        }
         enum kl_status status = prepare_side(&def->wheel[s], &def->rail[s], arena, side, diag);
         if (status == KL_OK) {
             status = sample_side(arena, side, diag);
@@ -427,6 +432,5 @@ enum kl_status kl_tangency_build(const struct kl_pair_def *def, struct kl_arena 
             return status;
         }
     }
-    t->symmetric = is_symmetric(def);
     return KL_OK;
 }

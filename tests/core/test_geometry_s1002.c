@@ -226,6 +226,55 @@ static void nothing_penetrates(void **state) {
     give_memory(&m);
 }
 
+/* A pair with nothing alike on its two sides, and the same with the sides swapped: the mirrored
+ * postures, to the last bit, in the table, in its jumps and in the full solution. */
+static void swapped_sides_are_the_mirror_image(void **state) {
+    (void)state;
+    struct memory m = take_memory(2 * ARENA_BYTES);
+    struct kl_pair_def def[2] = {s1002_uic60(), s1002_uic60()};
+    struct kl_wheel_def *wheel = &def[0].wheel[KL_LEFT];
+    struct kl_rail_def *rail = &def[0].rail[KL_LEFT];
+    wheel->radius_m = 0.4585;
+    wheel->half_spacing_m += 0.0007;
+    wheel->profile.smoothing_m = 1e-6; /* other bits */
+    rail->cant_rad = 0.0499583957;
+    rail->gauge_m += 0.003;
+    def[0].range_m = 0.007;
+    def[1] = def[0];
+    for (int s = 0; s < KL_SIDES; s++) {
+        def[1].wheel[s] = def[0].wheel[KL_LEFT - s];
+        def[1].rail[s] = def[0].rail[KL_LEFT - s];
+    }
+    struct kl_pair pair[2];
+    for (int i = 0; i < 2; i++) {
+        struct kl_diag diag = {.what = ""};
+        if (kl_pair_build(&def[i], &m.arena, &pair[i], &diag) != KL_OK) {
+            fail_msg("%s at %g", diag.what, diag.value);
+        }
+    }
+    assert_true(pair[0].base_m == pair[1].base_m && pair[0].radius_m == pair[1].radius_m);
+    assert_true(pair[0].share[KL_RIGHT] == pair[1].share[KL_LEFT]);
+    for (int s = 0; s < KL_SIDES; s++) {
+        const struct kl_side_table *a = &pair[0].side[s];
+        const struct kl_side_table *b = &pair[1].side[KL_LEFT - s];
+        assert_memory_equal(a->rows, b->rows, (2u * pair[0].half + 1u) * sizeof *a->rows);
+        assert_int_equal(a->n_jumps, b->n_jumps);
+        assert_memory_equal(a->jumps, b->jumps, sizeof a->jumps);
+    }
+    assert_memory_not_equal(pair[0].side[0].rows, pair[0].side[1].rows, sizeof(struct kl_row));
+    for (double u = -0.0069; u < 0.007; u += 0.00067) {
+        struct kl_posture p[2];
+        assert_int_equal(kl_pair_solve(&def[0], &m.arena, u, &p[0], NULL), KL_OK);
+        assert_int_equal(kl_pair_solve(&def[1], &m.arena, -u, &p[1], NULL), KL_OK);
+        assert_true(p[0].phi_rad == -p[1].phi_rad && p[0].phi_y_rad_m == p[1].phi_y_rad_m);
+        assert_true(p[0].u_z_m == p[1].u_z_m && p[0].z_y == -p[1].z_y);
+        for (int s = 0; s < KL_SIDES; s++) {
+            assert_memory_equal(&p[0].row[s], &p[1].row[KL_LEFT - s], sizeof(struct kl_row));
+        }
+    }
+    give_memory(&m);
+}
+
 /* ---- refusals ---- */
 
 static void refused_at(const struct kl_pair_def *def, enum kl_status want, const char *word,
@@ -390,6 +439,7 @@ int main(void) {
         cmocka_unit_test(jumps_are_reported),
         cmocka_unit_test(table_agrees_with_the_solution),
         cmocka_unit_test(nothing_penetrates),
+        cmocka_unit_test(swapped_sides_are_the_mirror_image),
         cmocka_unit_test(wheels_that_miss_the_rails_are_refused),
         cmocka_unit_test(contact_that_runs_off_a_profile_is_refused),
         cmocka_unit_test(a_jammed_wheelset_is_refused),
