@@ -25,6 +25,7 @@ struct arguments {
     double at_m;
     double base_m;
     double radius_m;
+    bool roll;
     const char *gauge;
     double gauge_m[3]; /* low, high, step */
     const char *csv;
@@ -63,9 +64,10 @@ static int check(struct arguments *a) {
                    : cli_misuse("--table %s: delta_r comes from it or from MODEL, not from both",
                                 a->table);
     }
-    if (a->table != NULL &&
-        (a->pair != NULL || a->wheelset != NULL || a->gauge != NULL || a->target.set.n > 0)) {
-        return cli_misuse("--pair, --wheelset, --gauge and --set go with MODEL, not with --table");
+    if (a->table != NULL && (a->pair != NULL || a->wheelset != NULL || a->gauge != NULL ||
+                             a->roll || a->target.set.n > 0)) {
+        return cli_misuse(
+            "--pair, --wheelset, --roll, --gauge and --set go with MODEL, not with --table");
     }
     if (a->table == NULL && (!isnan(a->base_m) || !isnan(a->radius_m))) {
         return cli_misuse("--base and --radius go with --table; a model has its own");
@@ -183,7 +185,7 @@ static int compute_gauges(const struct arguments *a, const struct kl_pair_def *d
         char text[KL_NAME_SIZE + 40];
         snprintf(text, sizeof text, "%s at gauge %g mm", name, gauge * MM);
         other.rail[KL_RIGHT].gauge_m = other.rail[KL_LEFT].gauge_m = gauge;
-        int status = conicity_source_pair(&source, &other, text);
+        int status = conicity_source_pair(&source, &other, text, a->roll);
         if (status != CLI_OK) {
             return status;
         }
@@ -262,8 +264,9 @@ static int of_model(const struct arguments *a) {
     if (status == CLI_OK) {
         const struct kl_pair_def *def = &m.file.vehicle.pairs[pair];
         const char *name = model_file_pair_name(&m.file, pair);
-        snprintf(report.what, sizeof report.what, "pair %s of %s", name, a->target.vehicle);
-        status = conicity_source_pair(&source, def, name);
+        snprintf(report.what, sizeof report.what, "pair %s of %s, %s", name, a->target.vehicle,
+                 a->roll ? "with roll" : "axle level");
+        status = conicity_source_pair(&source, def, name, a->roll);
         status = status == CLI_OK ? with_source(a, &report, def, name) : status;
         conicity_source_free(&source);
     }
@@ -314,6 +317,11 @@ int cmd_conicity(int argc, char **argv) {
                "the amplitude that is marked and used for --gauge, mm; default 3"),
         text("--gauge", "L:H:STEP", &a.gauge,
              "conicity at one amplitude against the gauge, mm: 1430:1440:1"),
+        {.name = "--roll",
+         .kind = CLI_FLAG,
+         .value = &a.roll,
+         .help = "with the roll of the wheelset, as in the tables that a vehicle runs\n"
+                 "on; default: the axle stays level, as in the standard's cases"},
         length("--base", &a.base_m, 0.1, 5.0,
                "with --table: e, distance of the contact points, mm; default 1500"),
         length("--radius", &a.radius_m, 0.05, 2.0, "with --table: r0, mm; default 460"),

@@ -44,16 +44,12 @@ static int build(struct built *b) {
     return status == KL_OK ? CLI_OK : pair_failed(b, status, &diag);
 }
 
-struct point {
-    double y_m;
-    double delta_r_m;
-};
-
 static double difference(const struct kl_posture *p) {
     return (double)p->row[KL_RIGHT].radius_m - (double)p->row[KL_LEFT].radius_m;
 }
 
-static int jump_point(const struct built *b, double at_m, double beside_m, struct point *point) {
+static int jump_point(const struct built *b, double at_m, double beside_m,
+                      struct conicity_point *point) {
     struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
     struct kl_posture posture;
     struct kl_arena arena;
@@ -67,7 +63,7 @@ static int jump_point(const struct built *b, double at_m, double beside_m, struc
     if (status != KL_OK) {
         return pair_failed(b, status, &diag);
     }
-    *point = (struct point){at_m, difference(&posture)};
+    *point = (struct conicity_point){at_m, difference(&posture)};
     return CLI_OK;
 }
 
@@ -84,15 +80,15 @@ static size_t jumps_of(const struct kl_pair *pair, double at[KL_SIDES * KL_MAX_J
 }
 
 static int by_place(const void *a, const void *b) {
-    double x = ((const struct point *)a)->y_m;
-    double y = ((const struct point *)b)->y_m;
+    double x = ((const struct conicity_point *)a)->y_m;
+    double y = ((const struct conicity_point *)b)->y_m;
     return (x > y) - (x < y);
 }
 
 /* Rows of the table and jumps, in order; a row right on a jump gives way to it, and of jumps at one
  * place (both sides at once) one stays. */
-static size_t merge(const struct point *rows, size_t n_rows, struct point *jumps, size_t n_jumps,
-                    struct point *all) {
+static size_t merge(const struct conicity_point *rows, size_t n_rows, struct conicity_point *jumps,
+                    size_t n_jumps, struct conicity_point *all) {
     size_t n = 0;
     size_t j = 0;
     for (size_t i = 0; i <= n_rows; i++) {
@@ -110,18 +106,18 @@ static size_t merge(const struct point *rows, size_t n_rows, struct point *jumps
     return n;
 }
 
-static int sample(const struct built *b, struct point *all, size_t *n) {
+static int sample(const struct built *b, struct conicity_point *all, size_t *n) {
     const struct kl_pair *pair = &b->pair;
     const size_t n_rows = 2u * (size_t)pair->half + 1u;
     double at[KL_SIDES * KL_MAX_JUMPS];
-    struct point jumps[2 * KL_SIDES * KL_MAX_JUMPS];
+    struct conicity_point jumps[2 * KL_SIDES * KL_MAX_JUMPS];
     const size_t n_jumps = jumps_of(pair, at);
-    struct point *rows = all + n_rows + 2 * n_jumps; /* behind what they are merged into */
+    struct conicity_point *rows = all + n_rows + 2 * n_jumps; /* behind what they are merged into */
     for (size_t i = 0; i < n_rows; i++) {
         struct kl_posture posture;
         double y = ((double)i - (double)pair->half) * (double)pair->step_m;
         (void)kl_pair_posture(pair, y, &posture);
-        rows[i] = (struct point){y, difference(&posture)};
+        rows[i] = (struct conicity_point){y, difference(&posture)};
     }
     for (size_t i = 0; i < n_jumps; i++) {
         int status = jump_point(b, at[i], -BESIDE_M, &jumps[2 * i]);
@@ -135,9 +131,8 @@ static int sample(const struct built *b, struct point *all, size_t *n) {
     return CLI_OK;
 }
 
-/* The points as a curve; `where` begins the message about a bad one. */
-static int make_curve(struct conicity_curve *curve, const struct point *points, size_t n,
-                      const char *where) {
+int conicity_source_points(struct conicity_source *source, const struct conicity_point *points,
+                           size_t n, const char *where) {
     double *values = malloc(2 * (n > 0 ? n : 1) * sizeof *values);
     if (values == NULL) {
         return cli_fail("out of memory");
@@ -146,7 +141,7 @@ static int make_curve(struct conicity_curve *curve, const struct point *points, 
         values[i] = points[i].y_m;
         values[n + i] = points[i].delta_r_m;
     }
-    long fault = conicity_curve_make(curve, values, values + n, n);
+    long fault = conicity_curve_make(&source->curve, values, values + n, n);
     free(values);
     if (fault > (long)n) {
         return cli_fail("%s: delta_r needs %u to %u points, not %zu", where, CONICITY_MIN_POINTS,
@@ -157,23 +152,35 @@ static int make_curve(struct conicity_curve *curve, const struct point *points, 
                                  fault < 0 ? "out of memory" : "y must rise from point to point");
 }
 
+/* With the wheelset's roll: rows and jumps of the table. */
+static int sample_rolling(struct conicity_source *source, const struct built *b) {
+    size_t most = 2 * (2u * (size_t)b->pair.half + 1u + 2u * KL_SIDES * KL_MAX_JUMPS);
+    struct conicity_point *points = malloc(most * sizeof *points);
+    size_t n = 0;
+    int status = points != NULL ? sample(b, points, &n) : cli_fail("out of memory");
+    status = status == CLI_OK ? conicity_source_points(source, points, n, b->name) : status;
+    free(points);
+    return status;
+}
+
 int conicity_source_pair(struct conicity_source *source, const struct kl_pair_def *def,
-                         const char *name) {
+                         const char *name, bool roll) {
     struct built b = {.def = *def, .name = name};
+    struct kl_posture central;
     memset(source, 0, sizeof *source);
-    if (b.def.step_m > STEP_M && b.def.range_m / STEP_M <= KL_TABLE_MAX_HALF) {
+    const bool level = !roll && def->kind == KL_PAIR_PROFILES;
+    if (level) {
+        b.def.range_m = 8.0 * b.def.step_m; /* the central contact is all that is wanted of it */
+    } else if (b.def.step_m > STEP_M && b.def.range_m / STEP_M <= KL_TABLE_MAX_HALF) {
         b.def.step_m = STEP_M;
     }
     int status = build(&b);
     if (status == CLI_OK) {
-        size_t most = 2 * (2u * (size_t)b.pair.half + 1u + 2u * KL_SIDES * KL_MAX_JUMPS);
-        struct point *points = malloc(most * sizeof *points);
-        size_t n = 0;
-        status = points != NULL ? sample(&b, points, &n) : cli_fail("out of memory");
-        status = status == CLI_OK ? make_curve(&source->curve, points, n, name) : status;
-        free(points);
         source->base_m = (double)b.pair.base_m;
         source->radius_m = (double)b.pair.radius_m;
+        (void)kl_pair_posture(&b.pair, 0.0, &central);
+        status =
+            level ? conicity_source_level(source, def, &central, name) : sample_rolling(source, &b);
     }
     free(b.memory);
     return status;
@@ -184,7 +191,7 @@ int conicity_source_pair(struct conicity_source *source, const struct kl_pair_de
 struct reader {
     const char *path;
     unsigned line;
-    struct point *points;
+    struct conicity_point *points;
     size_t n;
     size_t room;
     double unit[2]; /* of y and delta_r */
@@ -211,13 +218,13 @@ static bool take_names(struct reader *r, const char *const field[2]) {
     return true;
 }
 
-static int keep(struct reader *r, struct point point) {
+static int keep(struct reader *r, struct conicity_point point) {
     if (r->n == CONICITY_MAX_POINTS) {
         return say(r, "more points than the table may have", "");
     }
     if (r->n == r->room) {
         size_t room = r->room > 0 ? 2 * r->room : 256;
-        struct point *more = realloc(r->points, room * sizeof *more);
+        struct conicity_point *more = realloc(r->points, room * sizeof *more);
         if (more == NULL) {
             return cli_fail("out of memory");
         }
@@ -260,7 +267,7 @@ static int take_line(struct reader *r, char *text) {
             return say(r, "must be within 1 m, not ", field[i]);
         }
     }
-    return keep(r, (struct point){value[0], value[1]});
+    return keep(r, (struct conicity_point){value[0], value[1]});
 }
 
 int conicity_source_table(struct conicity_source *source, const char *path) {
@@ -281,7 +288,7 @@ int conicity_source_table(struct conicity_source *source, const char *path) {
     if (status == CLI_OK && ferror(file) != 0) {
         status = cli_fail("cannot read %s: %s", path, strerror(errno));
     }
-    status = status == CLI_OK ? make_curve(&source->curve, r.points, r.n, path) : status;
+    status = status == CLI_OK ? conicity_source_points(source, r.points, r.n, path) : status;
     free(r.points);
     free(text);
     fclose(file);

@@ -13,12 +13,13 @@ struct conicity_source {
 };
 
 /*
- * Of a pair: the rigid contact at every row of its table (at most 0.1 mm apart), with a jump of
- * delta_r at every jump of the contact. `name` is for messages. CLI_OK or CLI_FAILED (printed).
- * About 30 ms.
+ * Of a pair: the rigid contact every 0.1 mm over the range of its table, with a jump of delta_r at
+ * every jump of the contact. `roll` false: the axle stays level, which is how EN 15302 defines its
+ * reference cases; true: with the roll that the contacts impose, as in the tables of a vehicle. `name`
+ * is for messages. CLI_OK or CLI_FAILED (printed). About 0.1 s.
  */
 int conicity_source_pair(struct conicity_source *source, const struct kl_pair_def *def,
-                         const char *name);
+                         const char *name, bool roll);
 
 /*
  * Of a text file: two columns, y and delta_r, separated by blanks, comma or semicolon; mm, unless a
@@ -26,6 +27,19 @@ int conicity_source_pair(struct conicity_source *source, const struct kl_pair_de
  * same y twice is a jump. Sets the curve only. CLI_OK or CLI_FAILED ("FILE:LINE: what", printed).
  */
 int conicity_source_table(struct conicity_source *source, const char *path);
+
+struct conicity_point {
+    double y_m;
+    double delta_r_m;
+};
+
+/* For the two above: points in order as the curve; `where` begins a message about bad ones. */
+int conicity_source_points(struct conicity_source *source, const struct conicity_point *points,
+                           size_t n, const char *where);
+
+/* For conicity_source_pair: a level axle (conicity_flat.c); `central` is the posture at u_y = 0. */
+int conicity_source_level(struct conicity_source *source, const struct kl_pair_def *def,
+                          const struct kl_posture *central, const char *name);
 
 void conicity_source_free(struct conicity_source *source);
 
