@@ -39,6 +39,8 @@ help:
 	@echo 'make all     build the libraries and build/klingel'
 	@echo 'make lib     build the libraries alone (no dependency at all)'
 	@echo 'make deps    install the Debian packages that building and testing need'
+	@echo 'make firmware       the wagon as bare-metal firmware for a Cortex-M7'
+	@echo 'make firmware-demo  runs it in QEMU, with python-can (slcan) at its UART'
 	@echo 'make format  let clang-format put the sources in order'
 	@echo 'make clean   remove build/'
 
@@ -92,7 +94,7 @@ check:
 	@$(PYTHON) tests/run.py --build $(BUILD)
 test:
 	@$(MAKE) --no-print-directory deps
-	@$(MAKE) --no-print-directory -j2 test-programs
+	@$(MAKE) --no-print-directory -j2 test-programs $(FW_ELF) $(FW_TWIN)
 	@$(PYTHON) tests/run.py --build $(BUILD) --all
 demo:
 	@$(MAKE) --no-print-directory deps
