@@ -117,6 +117,12 @@ struct kl_kalker kl_kalker_coefficients(double a_over_b, double poisson) {
     return result;
 }
 
+double kl_spin_moment(double a_over_b) {
+    const double g = a_over_b < 1.0 ? a_over_b : 1.0 / a_over_b;
+    const struct elliptic e = elliptic(g);
+    return 0.375 / kl_sqrt(g) * (e.k - (1.0 - g * g) * e.d); /* E = K - e^2 D */
+}
+
 struct kl_creep_force kl_creep(enum kl_creep_law law, const struct kl_creep_coefficients *f,
                                kl_real friction, kl_real normal_N,
                                const struct kl_creepage *creepage) {

@@ -13,10 +13,16 @@
 extern "C" {
 #endif
 
+/* The laws; kl_creep.h describes them. */
 enum kl_creep_law {
-    KL_CREEP_LINEAR = 0, /* Kalker's linear law, no limit */
-    KL_CREEP_SHE = 1     /* Vermeulen-Johnson saturation, Shen-Hedrick-Elkins reduction */
+    KL_CREEP_LINEAR = 0,           /* Kalker's linear law, no limit */
+    KL_CREEP_SHE = 1,              /* Vermeulen-Johnson saturation, Shen-Hedrick-Elkins reduction */
+    KL_CREEP_POLACH = 2,           /* Polach */
+    KL_CREEP_FASTSIM = 3,          /* Kalker's simplified theory, parabolic traction bound */
+    KL_CREEP_FASTSIM_ELLIPTIC = 4, /* the same with the elliptic bound */
+    KL_CREEP_TABLE = 5             /* interpolated results of CONTACT */
 };
+#define KL_CREEP_LAWS 6
 
 /* The law of a wheelset's contacts, in definition and model alike. If f11_N > 0 the four
  * coefficients are constants and replace Hertz and Kalker. */
@@ -74,7 +80,13 @@ struct kl_ellipse kl_hertz(double a_1_m, double b_1_m, double shear_modulus_Pa, 
 struct kl_kalker kl_kalker_coefficients(double a_over_b, double poisson);
 
 /*
- * The creep force under one law. f11..f33 are for the actual normal force; N >= 0. With N = 0 every
+ * The moment of rigid spin, all of the contact sliding round its centre: |M3| = mu N c m0 with c =
+ * sqrt(a b), the largest there is; m0 = 3/8 max(a, b)/c E(k^2 = 1 - min(a/b, b/a)^2). a_over_b > 0.
+ */
+double kl_spin_moment(double a_over_b);
+
+/*
+ * The creep force under one law, LINEAR or SHE. f11..f33 are for the actual normal force; N >= 0. With N = 0 every
  * force is 0 under SHE. |T| <= mu N under SHE; M3 is
  * reduced by the same factor as T1 and T2. Bound: constant, no iteration. Source: Shen,
  * Hedrick, Elkins 1983.

@@ -132,3 +132,35 @@ double kl_atan(double x) {
     }
     return 8.0 * (t - t * (z * p));
 }
+
+/* x = k ln 2 + r, |r| <= 0.35: e^r by Taylor, and k into the exponent. */
+double kl_exp(double x) {
+    const double scaled = x * 1.44269504088896340736;
+    const int64_t k = (int64_t)(scaled < 0.0 ? scaled - 0.5 : scaled + 0.5);
+    const double n = (double)k;
+    const double r = (x - n * 6.93147180369123816490e-01) - n * 1.90821492927058770002e-10;
+    double e = 1.0;
+    for (int i = 14; i >= 1; i--) {
+        e = 1.0 + r * e / (double)i;
+    }
+    return e * double_of((uint64_t)(k + 1023) << 52);
+}
+
+/* x = 2^k m, m in 0.707..1.414: ln m = 2 atanh((m - 1)/(m + 1)). */
+double kl_log(double x) {
+    const uint64_t bits = bits_of(x);
+    int k = (int)((bits >> 52) & 0x7ffu) - 1023;
+    double m = double_of((bits & UINT64_C(0x000fffffffffffff)) | UINT64_C(0x3ff0000000000000));
+    if (m > 1.41421356237309504880) {
+        m *= 0.5;
+        k++;
+    }
+    const double t = (m - 1.0) / (m + 1.0);
+    const double z = t * t;
+    double p = 1.0 / 23.0;
+    for (int n = 21; n >= 1; n -= 2) {
+        p = 1.0 / (double)n + z * p;
+    }
+    return (double)k * 6.93147180369123816490e-01 +
+           ((double)k * 1.90821492927058770002e-10 + 2.0 * (t * p));
+}
