@@ -22,6 +22,7 @@ SEED = 20260103
 # what each command needs at least, ending quickly
 LEAST = {
     "geometry": (FREE,),
+    "conicity": (FREE,),
     "run": (RESTRAINED, "--speed", "10", "--time", "0.01"),
     "modes": (RESTRAINED, "--speed", "10"),
     "bench": (RESTRAINED, "--steps", "1000"),
@@ -32,6 +33,7 @@ LEAST = {
 }
 NUMBERS = {
     "geometry": ("--every",),
+    "conicity": ("--from", "--to", "--step", "--at", "--base", "--radius"),
     "run": ("--speed", "--time", "--speed-to", "--from", "--every"),
     "modes": ("--speed", "--at"),
     "bench": ("--steps", "--speed"),
@@ -237,7 +239,7 @@ class Arguments(Temporary):
             with self.subTest(command=command, line=line, seed=SEED):
                 self.assertIn(done.returncode, (0, 1, 2), done.stderr)
                 self.assertEqual(done.returncode != 0, b"klingel" in done.stderr or b".yaml" in done.stderr or
-                                 b"cannot set" in done.stderr)
+                                 b"cannot set" in done.stderr or b"cannot open" in done.stderr)
                 self.assertNotIn(b"\x1b", done.stderr)
         self.assertEqual([p.name for p in self.folder.iterdir() if re.search(r"\.\w{6}$", p.name)], [])
 

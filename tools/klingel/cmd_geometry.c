@@ -394,7 +394,8 @@ int cmd_geometry(int argc, char **argv) {
             "vertical displacement u_z and their slopes; per side contact points on wheel and\n"
             "rail (eta, inboard positive), contact angle delta, rolling radius r, curvatures; the\n"
             "linear parameters; the jumps of the contact; the time the table takes to build.",
-        .example = "klingel geometry models/two_axle_wagon.yaml --every 0.5 --csv table.csv\n",
+        .example = "klingel geometry models/two_axle_wagon.yaml --every 0.5 --csv table.csv\n"
+                   "klingel geometry models/two_axle_wagon.yaml --plot geometry.png\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
     if (!cli_parse(&command, argc, argv, &a.target, &status)) {

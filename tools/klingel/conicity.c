@@ -72,13 +72,16 @@ struct place {
     double integral;
 };
 
-static struct place place_at(const struct conicity_curve *c, double y) {
-    size_t i = stretch_of(c, y);
+static struct place place_in(const struct conicity_curve *c, size_t i, double y) {
     double length = c->y_m[i + 1] - c->y_m[i];
     double along = fmin(fmax(y - c->y_m[i], 0.0), length);
     double rise = length > 0.0 ? (c->delta_r_m[i + 1] - c->delta_r_m[i]) * along / length : 0.0;
     return (struct place){c->delta_r_m[i] + rise,
                           c->integral_m2[i] + along * (c->delta_r_m[i] + 0.5 * rise)};
+}
+
+static struct place place_at(const struct conicity_curve *c, double y) {
+    return place_in(c, stretch_of(c, y), y);
 }
 
 double conicity_delta_r(const struct conicity_curve *curve, double y_m) {
@@ -181,7 +184,7 @@ static enum conicity_status find_motion(struct search *s) {
     last = fmax(last, c->y_m[0]);
     double at = c->y_m[0];
     const double first = excess(c, at, s->amplitude);
-    const double tiny = 1e-10 * wide * fabs(conicity_delta_r(c, c->y_m[c->n - 1]));
+    const double tiny = 1e-8 * wide * fabs(conicity_delta_r(c, c->y_m[c->n - 1]));
     double here = fabs(first) <= tiny ? 0.0 : first; /* the ends belong to the range */
     if (here == 0.0) {
         take_between(s, at, at);
@@ -226,19 +229,30 @@ struct sums {
     double moment;    /* integral of (y - middle) delta_r dy */
 };
 
+/* A turning point that all but meets a point of the function is taken to be there: beside it, the
+ * difference of two values of P would be all rounding. */
+static double settle(const struct conicity_curve *c, double y, double margin) {
+    size_t i = stretch_of(c, y);
+    if (fabs(y - c->y_m[i]) <= margin) {
+        return c->y_m[i];
+    }
+    return fabs(y - c->y_m[i + 1]) <= margin ? c->y_m[i + 1] : y;
+}
+
 static struct sums integrate(const struct conicity_curve *c, double low, double high) {
-    const struct place start = place_at(c, low);
-    const struct place stop = place_at(c, high);
-    const double level = 0.5 * (start.integral + stop.integral);
+    const double margin = 1e-9 * (high - low);
     const double middle = 0.5 * (low + high);
     struct sums sums = {0.0, 0.0};
+    low = settle(c, low, margin);
+    high = settle(c, high, margin);
+    const double level = 0.5 * (place_at(c, low).integral + place_at(c, high).integral);
     for (size_t i = stretch_of(c, low); i + 1 < c->n && c->y_m[i] < high; i++) {
         bool first = c->y_m[i] <= low;
         bool last = c->y_m[i + 1] >= high;
         double a = first ? low : c->y_m[i];
         double b = last ? high : c->y_m[i + 1];
-        double fa = first ? start.delta_r : c->delta_r_m[i];
-        double fb = last ? stop.delta_r : c->delta_r_m[i + 1];
+        double fa = first ? place_in(c, i, low).delta_r : c->delta_r_m[i];
+        double fb = last ? place_in(c, i, high).delta_r : c->delta_r_m[i + 1];
         if (!(b > a)) {
             continue; /* a jump */
         }

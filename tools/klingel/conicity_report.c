@@ -192,10 +192,10 @@ static void plot_conicity(const struct conicity_report *r, struct cli_plot *plot
         char text[48];
         const double x[1] = {r->at_m * MM};
         const double y[1] = {r->single.motion.conicity};
-        snprintf(text, sizeof text, "%g mm: %.3f", x[0], y[0]);
+        snprintf(text, sizeof text, "%.3f at %g mm", y[0], x[0]);
         const struct cli_plot_style mark = {.colour = CLI_PLOT_QUIET, .pen = CLI_PLOT_DOTTED};
-        const struct cli_plot_style dot = {.pen = CLI_PLOT_POINTS};
-        cli_plot_mark(plot, &mark, 'x', x[0], text);
+        const struct cli_plot_style dot = {.label = text, .pen = CLI_PLOT_POINTS};
+        cli_plot_mark(plot, &mark, 'x', x[0], NULL);
         cli_plot_line(plot, &dot, x, y, 1);
     }
 }

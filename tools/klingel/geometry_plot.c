@@ -223,8 +223,8 @@ static struct cli_plot_ray ray_of(const struct drawing *d, const struct kl_row *
 
 /* The part of the profiles that matters: where the contacts are. */
 static void frame(struct drawing *d, const struct cli_plot_ray *rays, size_t n) {
-    double low = INFINITY;
-    double high = -INFINITY;
+    double low = HUGE_VAL;
+    double high = -HUGE_VAL;
     for (size_t i = 0; i < n; i++) {
         const double q[2] = {d->sign * rays[i].x0 / MM, d->sign * rays[i].x1 / MM};
         low = fmin(low, fmin(q[0], q[1]));
