@@ -90,13 +90,19 @@ struct kl_creep_table_def {
     const float (*force)[3]; /* [ratio][spin][creep][angle]: fx, fy, mz */
 };
 
-/* The nodes of one coordinate. Found by the bin, then one comparison. */
+/* The nodes of one coordinate, cell by cell. */
+struct kl_creep_cell {
+    kl_real low;     /* the cell's first node */
+    kl_real next;    /* where the next cell begins; beyond everything in the last one */
+    kl_real inverse; /* 1/width */
+};
 struct kl_creep_axis {
-    uint32_t n;
-    const kl_real *node;    /* n, rising from the first */
-    const kl_real *inverse; /* n - 1: 1/(node[i + 1] - node[i]) */
-    const uint8_t *cell;    /* KL_CREEP_BINS: the cell in which the bin begins */
-    kl_real scale;          /* bin = (x + offset) scale */
+    uint32_t n;                       /* nodes */
+    const struct kl_creep_cell *cell; /* n - 1 */
+    const uint8_t
+        *bin;      /* KL_CREEP_BINS + 1: the cell in which a bin begins; at most one more begins
+                           in it */
+    kl_real scale; /* bin = (x + offset) scale */
     kl_real offset;
 };
 

@@ -19,7 +19,7 @@ size_t kl_creep_table_stiffness(const struct kl_creep_table *t) {
 }
 
 static size_t axis_bytes(const struct kl_creep_axis *axis) {
-    return (2 * axis->n - 1) * sizeof(kl_real) + KL_CREEP_BINS;
+    return (axis->n - 1) * sizeof *axis->cell + KL_CREEP_BINS + 1;
 }
 
 size_t kl_creep_table_bytes(const struct kl_creep_table *t) {
@@ -93,20 +93,18 @@ static enum kl_status check_def(const struct kl_creep_table_def *def, struct kl_
 static enum kl_status make_axis(struct kl_arena *arena, const double *node, uint32_t n,
                                 double offset, double scale, struct kl_creep_axis *axis,
                                 struct kl_diag *diag) {
-    kl_real *at = kl_arena_take(arena, n, sizeof(kl_real));
-    kl_real *inverse = kl_arena_take(arena, n - 1, sizeof(kl_real));
-    uint8_t *cell = kl_arena_take(arena, KL_CREEP_BINS, 1);
-    if (at == NULL || inverse == NULL || cell == NULL) {
+    struct kl_creep_cell *cell = kl_arena_take(arena, n - 1, sizeof *cell);
+    uint8_t *bins = kl_arena_take(arena, KL_CREEP_BINS + 1, 1);
+    if (cell == NULL || bins == NULL) {
         return KL_ERR_MEMORY;
     }
-    for (uint32_t i = 0; i < n; i++) {
-        at[i] = (kl_real)node[i];
-    }
     for (uint32_t i = 0; i + 1 < n; i++) {
-        inverse[i] = (kl_real)(1.0 / (node[i + 1] - node[i]));
+        cell[i].low = (kl_real)node[i];
+        cell[i].next = i + 2 < n ? (kl_real)node[i + 1] : (kl_real)INFINITE;
+        cell[i].inverse = (kl_real)(1.0 / (node[i + 1] - node[i]));
     }
     uint32_t i = 0;
-    for (uint32_t bin = 0; bin < KL_CREEP_BINS; bin++) {
+    for (uint32_t bin = 0; bin <= KL_CREEP_BINS; bin++) {
         const double low = (double)bin / scale - offset;
         const double high = (double)(bin + 1) / scale - offset;
         while (i + 2 < n && node[i + 1] <= low) {
@@ -116,9 +114,9 @@ static enum kl_status make_axis(struct kl_arena *arena, const double *node, uint
             return kl_report(diag, KL_ERR_VALUE, "creep table: nodes too near each other",
                              (int32_t)i, node[i + 1]);
         }
-        cell[bin] = (uint8_t)i;
+        bins[bin] = (uint8_t)i;
     }
-    const struct kl_creep_axis made = {n, at, inverse, cell, (kl_real)scale, (kl_real)offset};
+    const struct kl_creep_axis made = {n, cell, bins, (kl_real)scale, (kl_real)offset};
     *axis = made;
     return KL_OK;
 }
@@ -455,9 +453,8 @@ enum kl_status kl_creep_table_build(const struct kl_creep_table_def *def, struct
 
 static uint64_t hash_axis(uint64_t h, const struct kl_creep_axis *axis) {
     h = kl_hash_bytes(h, &axis->n, sizeof axis->n);
-    h = kl_hash_bytes(h, axis->node, axis->n * sizeof(kl_real));
-    h = kl_hash_bytes(h, axis->inverse, (axis->n - 1) * sizeof(kl_real));
-    h = kl_hash_bytes(h, axis->cell, KL_CREEP_BINS);
+    h = kl_hash_bytes(h, axis->cell, (axis->n - 1) * sizeof *axis->cell);
+    h = kl_hash_bytes(h, axis->bin, KL_CREEP_BINS + 1);
     h = kl_hash_bytes(h, &axis->scale, sizeof axis->scale);
     return kl_hash_bytes(h, &axis->offset, sizeof axis->offset);
 }
@@ -476,10 +473,9 @@ uint64_t kl_creep_table_hash(const struct kl_creep_table *t) {
 
 enum kl_status kl_creep_table_check(const struct kl_creep_table *t) {
     if (t == NULL || t->log_ratio == NULL || t->log_c_ij == NULL || t->pure == NULL ||
-        t->rest == NULL || t->stiffness == NULL || t->spin.node == NULL || t->creep.node == NULL ||
-        t->angle.node == NULL || t->spin.inverse == NULL || t->creep.inverse == NULL ||
-        t->angle.inverse == NULL || t->spin.cell == NULL || t->creep.cell == NULL ||
-        t->angle.cell == NULL) {
+        t->rest == NULL || t->stiffness == NULL || t->spin.cell == NULL || t->creep.cell == NULL ||
+        t->angle.cell == NULL || t->spin.bin == NULL || t->creep.bin == NULL ||
+        t->angle.bin == NULL) {
         return KL_ERR_ARGUMENT;
     }
     const int counts = check_counts(t->n_ratio, t->spin.n, t->creep.n, t->angle.n) == KL_OK;

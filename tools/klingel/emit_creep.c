@@ -12,40 +12,26 @@ static void floats(FILE *f, const char *name, const char *what, const float *val
     fputs("};\n\n", f);
 }
 
-static void reals(FILE *f, const char *name, const char *axis, const char *what,
-                  const kl_real *values, size_t n) {
-    const char *suffix = sizeof(kl_real) == sizeof(float) ? "f" : "";
-    fprintf(f, "static const kl_real %s_%s_%s[%zu] = {", name, axis, what, n);
-    for (size_t i = 0; i < n; i++) {
-        fprintf(f, "%s%a%s",
-                i == 0       ? "\n    "
-                : i % 4 == 0 ? ",\n    "
-                             : ", ",
-                (double)values[i], suffix);
-    }
-    fputs("};\n", f);
-}
-
 static void axis_arrays(FILE *f, const char *name, const char *axis,
                         const struct kl_creep_axis *a) {
-    reals(f, name, axis, "node", a->node, a->n);
-    reals(f, name, axis, "inverse", a->inverse, a->n - 1);
-    fprintf(f, "static const uint8_t %s_%s_cell[KL_CREEP_BINS] = {", name, axis);
-    for (int i = 0; i < KL_CREEP_BINS; i++) {
-        fprintf(f, "%s%u",
-                i == 0        ? "\n    "
-                : i % 16 == 0 ? ",\n    "
-                              : ", ",
-                (unsigned)a->cell[i]);
+    const char *suffix = sizeof(kl_real) == sizeof(float) ? "f" : "";
+    fprintf(f, "static const struct kl_creep_cell %s_%s[%" PRIu32 "] = {", name, axis, a->n - 1);
+    for (uint32_t i = 0; i + 1 < a->n; i++) {
+        fprintf(f, "%s{%a%s, %a%s, %a%s}", i == 0 ? "\n    " : ",\n    ", (double)a->cell[i].low,
+                suffix, (double)a->cell[i].next, suffix, (double)a->cell[i].inverse, suffix);
+    }
+    fprintf(f, "};\nstatic const uint8_t %s_%s_bin[KL_CREEP_BINS + 1] = {", name, axis);
+    for (int i = 0; i <= KL_CREEP_BINS; i++) {
+        fprintf(f, "%s%u", i == 0 ? "\n    " : i % 16 == 0 ? ",\n    " : ", ", (unsigned)a->bin[i]);
     }
     fputs("};\n\n", f);
 }
 
 static void axis_field(FILE *f, const char *name, const char *axis, const struct kl_creep_axis *a) {
     fprintf(f,
-            "    .%s = {.n = %" PRIu32 ", .node = %s_%s_node, .inverse = %s_%s_inverse,\n"
-            "        .cell = %s_%s_cell, .scale = (kl_real)%a, .offset = (kl_real)%a},\n",
-            axis, a->n, name, axis, name, axis, name, axis, (double)a->scale, (double)a->offset);
+            "    .%s = {.n = %" PRIu32 ", .cell = %s_%s, .bin = %s_%s_bin,\n"
+            "        .scale = (kl_real)%a, .offset = (kl_real)%a},\n",
+            axis, a->n, name, axis, name, axis, (double)a->scale, (double)a->offset);
 }
 
 static void ratios(FILE *f, const struct kl_creep_table *t, const char *name) {
