@@ -31,7 +31,7 @@ TEST_SRC := $(wildcard tests/core/test_*.c tests/port/test_*.c tests/hal_linux/t
 TEST_BIN := $(TEST_SRC:%.c=$(BUILD)/%)
 LIBS      = $(BUILD)/libklingel_linux.a $(BUILD)/libklingel_port.a $(BUILD)/libklingel_core.a
 
-.PHONY: help deps all lib test-programs check test demo format clean
+.PHONY: help deps all lib test-programs check test demo golden-all footprint format clean
 help:
 	@echo 'make demo    build, run the two-axle wagon on a CAN bus for 30 s, show its states, draw a picture'
 	@echo 'make test    everything that is tested (what CI runs)'
@@ -41,6 +41,8 @@ help:
 	@echo 'make deps    install the Debian packages that building and testing need'
 	@echo 'make firmware       the wagon as bare-metal firmware for a Cortex-M7'
 	@echo 'make firmware-demo  runs it in QEMU, with python-can (slcan) at its UART'
+	@echo 'make golden-all     the same bits from every compiler, level and target (minutes)'
+	@echo 'make footprint      code, tables, state, stack and instructions per target'
 	@echo 'make format  let clang-format put the sources in order'
 	@echo 'make clean   remove build/'
 
@@ -100,6 +102,14 @@ demo:
 	@$(MAKE) --no-print-directory deps
 	@$(MAKE) --no-print-directory -j2 all
 	@KLINGEL=$(BUILD)/klingel sh tools/demo.sh
+
+golden-all:
+	@$(MAKE) --no-print-directory deps
+	@$(PYTHON) tests/golden/golden.py --all --build $(BUILD)/golden
+footprint:
+	@$(MAKE) --no-print-directory deps
+	@$(MAKE) --no-print-directory -j2 $(BUILD)/klingel
+	@$(PYTHON) tools/footprint.py --build $(BUILD)
 
 format:
 	clang-format -i $$(git ls-files '*.c' '*.h')

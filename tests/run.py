@@ -100,7 +100,7 @@ def slow_jobs(build: str) -> list[Job]:
     stream = f"{build}/tests/hal_linux/stream_socketcand"
     environment = {"KLINGEL": f"{build}/klingel", "BUILD": build, "PYTHONDONTWRITEBYTECODE": "1"}
     return [
-        Job("golden", [PYTHON, "tests/golden/golden.py"], environment=environment),
+        Job("golden", [PYTHON, "tests/golden/golden.py", "--build", f"{build}/golden"], "plain", 1800, environment),
         Job("reference values", ["sh", "tests/reference/check.sh"]),
         Job("float build", ["make", "-s", f"BUILD={build}/float", "REAL=-DKL_REAL_FLOAT",
                             f"{build}/float/libklingel_port.a", f"{build}/float/libklingel_core.a"]),

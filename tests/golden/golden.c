@@ -1,15 +1,16 @@
 /*
  * golden.c - runs a few vehicles and prints what they did, to the last bit.
  *
- * usage: golden [SCENARIO]     all scenarios, or one
+ * usage: golden [--steps N] [SCENARIO]     all scenarios, or one; each for at most N steps
  * Output, one item a line:
- *     scenario NAME model HASH state HASH output HASH faults N
- *     trace NAME TIME_S y1_mm yaw1_mrad Q1r_kN Y1_kN body_y_mm body_roll_mrad
- * `state` is a hash over the hashes of the state after every step, `output` one over all numbers of
- * the outputs. Profiles come from profiles.inc, which golden.py writes from models/profiles;
- * nothing here needs libm, a heap or a file, so the program runs on a target as well.
+ *     trace NAME TIME_S STATE OUTPUT y1_mm yaw1_mrad Q1r_kN Y1_kN body_y_mm body_roll_mrad
+ *     scenario NAME model HASH state HASH output HASH faults N steps N
+ * `state` is a hash over the hashes of the state after every step up to there, `output` one over
+ * all numbers of the outputs; a run that ends early has the same rows as far as it went. Profiles come from profiles.inc, which golden.py writes from models/profiles;
+ * nothing here needs libm or a file, so the program runs on a target as well.
  */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "vehicles.h"
@@ -167,16 +168,26 @@ static uint64_t add_hash(uint64_t h, uint64_t other) {
     return kl_hash_bytes(h, bytes, sizeof bytes);
 }
 
-static void trace(const char *name, const struct kl_model *m, const struct kl_output *o) {
+/* Of everything up to now. */
+struct streams {
+    uint64_t states;
+    uint64_t outputs;
+};
+
+static void trace(const char *name, const struct kl_model *m, const struct kl_output *o,
+                  const struct streams *streams) {
     const struct kl_wheelset_output *w = &o->wheelset[0];
     const double body_y = m->n_bodies ? (double)o->body[0].position[KL_Y] : 0.0;
     const double body_roll = m->n_bodies ? (double)o->body[0].position[KL_ROLL] : 0.0;
-    printf("trace %s %.3f %.6f %.6f %.6f %.6f %.6f %.6f\n", name, 1e-9 * (double)o->time_ns,
-           1e3 * (double)w->y_m, 1e3 * (double)w->yaw_rad, 1e-3 * (double)w->wheel[KL_RIGHT].q_N,
-           1e-3 * (double)w->force_y_N, 1e3 * body_y, 1e3 * body_roll);
+    printf("trace %s %.3f %016llx %016llx %.6f %.6f %.6f %.6f %.6f %.6f\n", name,
+           1e-9 * (double)o->time_ns, (unsigned long long)streams->states,
+           (unsigned long long)streams->outputs, 1e3 * (double)w->y_m, 1e3 * (double)w->yaw_rad,
+           1e-3 * (double)w->wheel[KL_RIGHT].q_N, 1e-3 * (double)w->force_y_N, 1e3 * body_y,
+           1e3 * body_roll);
 }
 
-static int run_one(const char *name, int (*define)(struct vehicle *, struct run *)) {
+static int run_one(const char *name, int (*define)(struct vehicle *, struct run *),
+                   unsigned most_steps) {
     static struct vehicle v;
     static struct kl_output o;
     struct kl_arena arena;
@@ -195,28 +206,37 @@ static int run_one(const char *name, int (*define)(struct vehicle *, struct run 
     kl_refresh(&model, &x);
     kl_input_init(&input);
     input.speed_m_s = (kl_real)run.target_m_s;
-    uint64_t states = KL_HASH_SEED;
-    uint64_t outputs = KL_HASH_SEED;
+    struct streams streams = {KL_HASH_SEED, KL_HASH_SEED};
     uint32_t faults = 0;
-    for (unsigned i = 1; i <= run.steps; i++) {
+    unsigned steps = run.steps < most_steps ? run.steps : most_steps;
+    for (unsigned i = 1; i <= steps; i++) {
         faults = kl_step(&model, &x, &input, &o);
-        states = add_hash(states, kl_state_hash(&x));
-        outputs = add_output(outputs, &model, &o);
+        streams.states = add_hash(streams.states, kl_state_hash(&x));
+        streams.outputs = add_output(streams.outputs, &model, &o);
         if (i % TRACE_EVERY == 0) {
-            trace(name, &model, &o);
+            trace(name, &model, &o, &streams);
         }
     }
-    printf("scenario %s model %016llx state %016llx output %016llx faults %u\n", name,
-           (unsigned long long)model.hash, (unsigned long long)states, (unsigned long long)outputs,
-           (unsigned)faults);
+    printf("scenario %s model %016llx state %016llx output %016llx faults %u steps %u\n", name,
+           (unsigned long long)model.hash, (unsigned long long)streams.states,
+           (unsigned long long)streams.outputs, (unsigned)faults, steps);
     return 0;
 }
 
 int main(int argc, char **argv) {
+    const char *only = NULL;
+    unsigned most_steps = ~0u;
     int failed = 0;
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--steps") == 0 && i + 1 < argc) {
+            most_steps = (unsigned)strtoul(argv[++i], NULL, 10);
+        } else {
+            only = argv[i];
+        }
+    }
     for (unsigned i = 0; i < sizeof scenarios / sizeof scenarios[0]; i++) {
-        if (argc < 2 || strcmp(argv[1], scenarios[i].name) == 0) {
-            failed |= run_one(scenarios[i].name, scenarios[i].define);
+        if (only == NULL || strcmp(only, scenarios[i].name) == 0) {
+            failed |= run_one(scenarios[i].name, scenarios[i].define, most_steps);
         }
     }
     return failed;
