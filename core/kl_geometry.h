@@ -55,11 +55,14 @@ struct kl_rail_def {
 };
 
 /*
- * How exactly the roll of the wheelset enters. The printed equations above turn the wheel by phi
- * but leave out phi times the contact's own eta and zeta; KL_KINEMATICS_RIGID keeps them: w - (r0 +
- * zeta_w) phi_s - eta_w + eta_r = 0,   u_z + l phi_s - eta_w phi_s + zeta_w - zeta_r = 0. It is the
- * choice for vehicles (work and energy then agree; the difference in u_z is 2 R_w delta0/l, 3.6 %
- * for Wickens' example). KL_KINEMATICS_PRINTED reproduces the printed equations.
+ * How exactly the roll of the wheelset enters. The printed equations above turn the wheel by phi but
+ * leave out phi times the contact's own eta and zeta, and all that is quadratic in phi;
+ * KL_KINEMATICS_RIGID turns the wheelset as a rigid body: with q = (distance of the point from the
+ * middle of the axle) and rho = r0 + zeta_w,
+ *     q_rail = w + q cos phi_s - rho sin phi_s,   zeta_rail = u_z + q sin phi_s + rho cos phi_s
+ * up to constants. It is the choice for vehicles (work and energy then agree; the difference in u_z
+ * is 2 R_w delta0/l, 3.6 % for Wickens' example; l phi^2/2 is 40 um at 10 mrad, in flange contact as
+ * much of the rolling radius). KL_KINEMATICS_PRINTED reproduces the printed equations.
  */
 enum kl_kinematics { KL_KINEMATICS_RIGID = 0, KL_KINEMATICS_PRINTED = 1 };
 

@@ -25,18 +25,41 @@ static int is_rigid(const struct kl_tangency *t) {
     return t->kinematics == KL_KINEMATICS_RIGID;
 }
 
-/* Height above the rail at which the wheel turns about the axle, as far as the kinematics know it.
+/*
+ * The wheel turned about the axle by phi_s. A point q outboard of the axle's middle and rho below it
+ * comes to w + q cos - rho sin and u_z + q sin + rho cos: all of it, for on the flange phi reaches
+ * 10 mrad, where q (1 - cos) = 40 um turns into as much of the rolling radius. The printed equations
+ * stop at the first order and leave out the contact's own eta and zeta.
  */
+struct turn {
+    double sine;
+    double cosine;
+};
+
+static struct turn turn_of(const struct kl_tangency *t, double phi_s) {
+    const struct turn rigid = {kl_sin(phi_s), kl_cos(phi_s)};
+    const struct turn printed = {phi_s, 1.0};
+    return is_rigid(t) ? rigid : printed;
+}
+
+/* rho of a point, as far as the kinematics know it. */
 static double turning_radius(const struct kl_tangency *t, const struct kl_contact_side *side,
                              double zeta_w) {
     return is_rigid(t) ? side->radius_m + zeta_w : side->radius0_m;
+}
+
+static double rail_eta_at(const struct kl_contact_side *side, struct turn turn, double w,
+                          double eta_w, double rho) {
+    return side->offset_m + side->spacing_m - w - (side->spacing_m - eta_w) * turn.cosine +
+           rho * turn.sine;
 }
 
 double kl_tangency_rail_eta(const struct kl_tangency *tangency, enum kl_side side_index, double w,
                             double phi_s, double eta_w) {
     const struct kl_contact_side *side = &tangency->side[side_index];
     const double zeta_w = kl_profile_at(&side->wheel, eta_w).zeta_m;
-    return side->offset_m + eta_w - w + phi_s * turning_radius(tangency, side, zeta_w);
+    return rail_eta_at(side, turn_of(tangency, phi_s), w, eta_w,
+                       turning_radius(tangency, side, zeta_w));
 }
 
 #define NO_RAIL_UNDER 1e9
@@ -46,14 +69,16 @@ static double sample_gaps(const struct kl_tangency *t, const struct kl_contact_s
                           double phi_s) {
     /* the rail's place under a sample is linear in the sample, but for the turning of the wheel */
     const double inv_step = 1.0 / side->rail_step_m;
-    const double turning = is_rigid(t) ? phi_s : 0.0;
-    const double first = side->offset_m + side->wheel.eta_min_m - w - side->rail.eta_min_m +
-                         phi_s * turning_radius(t, side, 0.0);
+    const struct turn turn = turn_of(t, phi_s);
+    const double turning = is_rigid(t) ? turn.sine : 0.0;
+    const double first =
+        rail_eta_at(side, turn, w, side->wheel.eta_min_m, turning_radius(t, side, 0.0)) -
+        side->rail.eta_min_m;
     double lowest = NO_RAIL_UNDER;
     for (uint32_t i = 0; i < KL_WHEEL_SAMPLES; i++) {
         const double along = side->wheel_step_m * (double)i;
         const double zeta_w = side->wheel_zeta[i];
-        const double place = (first + along + turning * zeta_w) * inv_step;
+        const double place = (first + along * turn.cosine + turning * zeta_w) * inv_step;
         double gap = NO_RAIL_UNDER;
         if (place >= 0.0 && place < (double)(KL_RAIL_SAMPLES - 1u)) {
             const uint32_t j = (uint32_t)place;
@@ -66,7 +91,8 @@ static double sample_gaps(const struct kl_tangency *t, const struct kl_contact_s
             const double zeta_r = side->rail_zeta[j] + fraction * (m0 + fraction * bend);
             /* the turning of the wheel decides where it touches, also under the printed equations
              */
-            gap = zeta_r - zeta_w + phi_s * (side->wheel.eta_min_m + along - side->eta0_m);
+            gap = zeta_r - zeta_w * turn.cosine +
+                  turn.sine * (side->wheel.eta_min_m + along - side->eta0_m);
         }
         side->gap[i] = gap;
         lowest = gap < lowest ? gap : lowest;
@@ -78,22 +104,29 @@ static struct side_terms terms_at(const struct kl_tangency *t, const struct kl_c
                                   double w, double phi_s, double eta_w) {
     const struct kl_profile_point pw = kl_profile_at(&side->wheel, eta_w);
     const double rho = turning_radius(t, side, pw.zeta_m);
+    const struct turn turn = turn_of(t, phi_s);
     const double f = is_rigid(t) ? 1.0 : 0.0;
-    const double eta_r = side->offset_m + eta_w - w + phi_s * rho;
+    const double q = side->spacing_m - eta_w;
+    const double l = side->spacing_m - side->eta0_m;
+    const double eta_r = rail_eta_at(side, turn, w, eta_w, rho);
     const struct kl_profile_point pr = kl_profile_at(&side->rail, eta_r);
-    const double along = 1.0 + f * phi_s * pw.slope; /* deta_r/deta_w */
+    const double along = turn.cosine + f * turn.sine * pw.slope; /* deta_r/deta_w */
+    const double round = rho * turn.cosine + f * q * turn.sine;  /* deta_r/dphi */
     const double bend_w = pw.second_1_m / (1.0 + pw.slope * pw.slope);
     const double bend_r = pr.second_1_m / (1.0 + pr.slope * pr.slope);
+    /* l phi - q sin phi + rho (1 - cos phi): what turning does to u_z + l phi */
+    const double lift = f * (l * phi_s - q * turn.sine + rho * (1.0 - turn.cosine));
+    const double lift_phi = f * (l - q * turn.cosine + rho * turn.sine);
     const struct side_terms terms = {.eta_w = eta_w,
                                      .eta_r = eta_r,
-                                     .height = pr.zeta_m - pw.zeta_m +
-                                               f * phi_s * (eta_w - side->eta0_m) - side->rise0_m,
+                                     .height = pr.zeta_m - pw.zeta_m + lift - side->rise0_m,
                                      .residual = kl_atan(pw.slope) - kl_atan(pr.slope) - phi_s,
                                      .f_eta = bend_w - bend_r * along,
-                                     .f_phi = -bend_r * rho - 1.0,
+                                     .f_phi = -bend_r * round - 1.0,
                                      .f_w = bend_r,
-                                     .h_eta = pr.slope * along - pw.slope + f * phi_s,
-                                     .h_phi = pr.slope * rho + f * (eta_w - side->eta0_m),
+                                     .h_eta =
+                                         pr.slope * along - pw.slope * turn.cosine + f * turn.sine,
+                                     .h_phi = pr.slope * round + lift_phi,
                                      .h_w = -pr.slope};
     return terms;
 }
