@@ -219,7 +219,7 @@ def store(golden: dict[str, dict[str, Result]]) -> None:
         for name, result in entries.items():
             rows = ",\n".join(f"    {json.dumps(row)}" for row in result.trace)
             blocks.append(f'  "{name}": {{\n   "hashes": {json.dumps(result.hashes)},\n   "faults": {result.faults},\n'
-                          f'   "trace": [\n{rows}\n   ]\n  }}')
+                          f'   "steps": {result.steps},\n   "trace": [\n{rows}\n   ]\n  }}')
         text.append(f' "{real}": {{\n' + ",\n".join(blocks) + "\n }")
     GOLDEN.write_text("{\n" + ",\n".join(text) + "\n}\n")
 
@@ -234,7 +234,7 @@ def record(out: pathlib.Path) -> dict[str, dict[str, Result]]:
             print(f"changed, {real}: {line}")
         golden[real] = outcome.results
     store(golden)
-    return golden
+    return load()
 
 
 def verdict(outcome: Outcome, golden: dict[str, dict[str, Result]]) -> list[str]:
