@@ -4,6 +4,7 @@
 
 #include "kl_contact.h"
 #include "kl_diag.h"
+#include "kl_flange.h"
 #include "kl_lookup.h"
 #include "kl_math.h"
 #include "kl_tangency.h"
@@ -27,28 +28,32 @@ static void set_contact_coefficients(struct kl_row *row, double a_1_m, double b_
     row->f33_1 = (kl_real)(g * area * area * c.c33);
 }
 
-/* The row of one side for a solved posture. */
-static void fill_row(const struct kl_tangency *t, enum kl_side s, double w,
-                     const struct kl_touch *touch, struct kl_row *row) {
+/* Where a contact is, and its heights. */
+struct place {
+    double eta_wheel_m;
+    double eta_rail_m;
+    double height_m;
+    double height_w;
+};
+
+static void set_row(const struct kl_tangency *t, enum kl_side s, const struct place *at,
+                    struct kl_row *row) {
     const struct kl_contact_side *side = &t->side[s];
-    const double phi_s = s == KL_RIGHT ? touch->phi_rad : -touch->phi_rad;
-    const double eta_w = touch->eta_wheel_m[s];
-    const double eta_r = kl_tangency_rail_eta(t, s, w, phi_s, eta_w);
-    const struct kl_profile_point pw = kl_profile_at(&side->wheel, eta_w);
-    const struct kl_profile_point pr = kl_profile_at(&side->rail, eta_r);
+    const struct kl_profile_point pw = kl_profile_at(&side->wheel, at->eta_wheel_m);
+    const struct kl_profile_point pr = kl_profile_at(&side->rail, at->eta_rail_m);
     const double cos_w = 1.0 / kl_sqrt(1.0 + pw.slope * pw.slope);
     const double cos_r = 1.0 / kl_sqrt(1.0 + pr.slope * pr.slope);
     const double radius = side->radius_m + pw.zeta_m;
     const double curv_w = pw.second_1_m * cos_w * cos_w * cos_w;
     const double curv_r = pr.second_1_m * cos_r * cos_r * cos_r;
-    row->height_m = (kl_real)touch->height_m[s];
-    row->height_w = (kl_real)touch->height_w[s];
-    row->arm_m = (kl_real)(side->spacing_m - eta_w);
+    row->height_m = (kl_real)at->height_m;
+    row->height_w = (kl_real)at->height_w;
+    row->arm_m = (kl_real)(side->spacing_m - at->eta_wheel_m);
     row->radius_m = (kl_real)radius;
     row->sin_delta = (kl_real)(pr.slope * cos_r);
     row->cos_delta = (kl_real)cos_r;
-    row->eta_wheel_m = (kl_real)eta_w;
-    row->eta_rail_m = (kl_real)eta_r;
+    row->eta_wheel_m = (kl_real)at->eta_wheel_m;
+    row->eta_rail_m = (kl_real)at->eta_rail_m;
     row->delta_wheel_rad = (kl_real)kl_atan(pw.slope);
     row->delta_rail_rad = (kl_real)kl_atan(pr.slope);
     row->curv_wheel_1_m = (kl_real)curv_w;
@@ -57,6 +62,16 @@ static void fill_row(const struct kl_tangency *t, enum kl_side s, double w,
     const double across = 0.5 * (curv_r - curv_w);
     set_contact_coefficients(row, 0.5 * cos_w / radius, across > 1e-6 ? across : 1e-6,
                              &t->material);
+}
+
+/* The row of one side for a solved posture. */
+static void fill_row(const struct kl_tangency *t, enum kl_side s, double w,
+                     const struct kl_touch *touch, struct kl_row *row) {
+    const double phi_s = s == KL_RIGHT ? touch->phi_rad : -touch->phi_rad;
+    const double eta_w = touch->eta_wheel_m[s];
+    const struct place at = {eta_w, kl_tangency_rail_eta(t, s, w, phi_s, eta_w), touch->height_m[s],
+                             touch->height_w[s]};
+    set_row(t, s, &at, row);
 }
 
 static enum kl_status check_table(const struct kl_pair_def *def, uint32_t *half,
@@ -76,6 +91,14 @@ static enum kl_status check_table(const struct kl_pair_def *def, uint32_t *half,
     if (!(def->material.poisson >= 0.0 && def->material.poisson <= 0.5)) {
         return kl_report(diag, KL_ERR_VALUE, "poisson must be in 0..0.5", -1,
                          def->material.poisson);
+    }
+    const double k = def->flange_stiffness_N_m;
+    if (!(k == 0.0 || (k >= 1e5 && k <= 1e10))) {
+        return kl_report(diag, KL_ERR_VALUE, "flange_stiffness_N_m must be in 1e5..1e10", -1, k);
+    }
+    if (!(def->flange_damping_Ns_m >= 0.0 && def->flange_damping_Ns_m <= 1e8)) {
+        return kl_report(diag, KL_ERR_VALUE, "flange_damping_Ns_m must be in 0..1e8", -1,
+                         def->flange_damping_Ns_m);
     }
     *half = (uint32_t)(steps + 0.5);
     return KL_OK;
@@ -223,14 +246,208 @@ static enum kl_status find_jumps(const struct kl_pair_def *def, const struct kl_
     return KL_OK;
 }
 
+/* Interpolation in a row pair: heights by the cubic that also meets the slopes, the rest linear. */
+static void read_row(const struct kl_pair *pair, const struct kl_side_table *table, kl_real w,
+                     struct kl_row *out) {
+    const kl_real from_start = w * pair->inv_step_1_m + (kl_real)pair->half;
+    const kl_real place = kl_clamp(from_start, KL_R(0), (kl_real)(2u * pair->half));
+    uint32_t i = (uint32_t)place;
+    i = i < 2u * pair->half ? i : 2u * pair->half - 1u;
+    const kl_real t = place - (kl_real)i;
+    /* a row is nothing but kl_real columns */
+    const kl_real *a = (const kl_real *)&table->rows[i];
+    const kl_real *b = (const kl_real *)&table->rows[i + 1u];
+    kl_real *o = (kl_real *)out;
+    for (size_t column = 0; column < sizeof(struct kl_row) / sizeof(kl_real); column++) {
+        o[column] = a[column] + t * (b[column] - a[column]);
+    }
+    const struct kl_hermite h =
+        kl_hermite(&table->rows[i], &table->rows[i + 1u], t, pair->step_m, pair->inv_step_1_m);
+    out->height_m = h.value;
+    out->height_w = h.slope;
+}
+
+/* ---- flange ---- */
+
+/* The flattest contact by which a flange still holds, as the tangent of its angle. */
+#define FLANGE_LAST_SLOPE 0.4
+/* Where no axle ever comes. */
+#define OUT_OF_REACH_M 1e3
+
+/* Row of a flange table at ride height H, and how far beyond; t in 0..1, also outside the table. */
+static const struct kl_flange_row *flange_row(const struct kl_flange_table *table, kl_real inv_step,
+                                              kl_real height, kl_real *t) {
+    const kl_real last = (kl_real)(table->n_rows - 1u);
+    const kl_real place = kl_clamp((table->top_m - height) * inv_step, KL_R(0), last);
+    const uint32_t i = (uint32_t)place < table->n_rows - 1u ? (uint32_t)place : table->n_rows - 2u;
+    *t = place - (kl_real)i;
+    return &table->rows[i];
+}
+
+/* How far outboard of its flange's first touch a side at height H would be. */
+static double overlap_at(const struct kl_flange_table *table, const struct kl_pair *pair, double w,
+                         double height) {
+    kl_real t;
+    const struct kl_flange_row *row = flange_row(table, pair->inv_step_1_m, (kl_real)height, &t);
+    return w - (double)kl_flange_place(row, t, pair->step_m).value;
+}
+
+static void no_flange(struct kl_flange_row rows[2]) {
+    for (int i = 0; i < 2; i++) {
+        const struct kl_flange_row blank = {0};
+        rows[i] = blank;
+        rows[i].place_m = KL_R(OUT_OF_REACH_M);
+        rows[i].contact.sin_delta = KL_R(1);
+        rows[i].contact.radius_m = KL_R(1);
+    }
+}
+
+/* Fills rows from the lowest height to the last that holds; returns how many, 0 where the flange
+ * meets nothing. `across_m` is the height of the opposite side, which stays on its tread. */
+static uint32_t fill_flange(const struct kl_tangency *t, enum kl_side s, double step,
+                            double across_m, double *top, struct kl_flange_row *rows) {
+    const double base = t->side[KL_RIGHT].half_base_m + t->side[KL_LEFT].half_base_m;
+    const uint32_t tries = KL_FLANGE_MAX_ROWS;
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < tries; i++) {
+        const double height = step * ((double)(tries / 6u) - (double)i);
+        struct kl_flange_contact contact;
+        const int met = kl_flange_solve(t, s, height, (height - across_m) / base, &contact);
+        if (n > 0 && (!met || contact.slope < FLANGE_LAST_SLOPE)) {
+            break;
+        }
+        if (n > 0 && !(contact.place_m > (double)rows[n - 1u].place_m)) {
+            n = 0; /* so far it was the flange's foot that touched, below where treads ever ride */
+        }
+        if (!met) {
+            continue;
+        }
+        const struct place at = {contact.eta_wheel_m, contact.eta_rail_m, height, -contact.slope};
+        *top = n == 0 ? height : *top;
+        rows[n].place_m = (kl_real)contact.place_m;
+        set_row(t, s, &at, &rows[n].contact);
+        n++;
+    }
+    for (uint32_t i = 0; i < n && n > 1u; i++) {
+        const uint32_t low = i > 0 ? i - 1u : 0u;
+        const uint32_t high = i + 1u < n ? i + 1u : n - 1u;
+        rows[i].place_h = (kl_real)(-(double)(rows[high].place_m - rows[low].place_m) /
+                                    (step * (double)(high - low)));
+    }
+    return n > 3u ? n : 0u;
+}
+
+/* The opposite side's height while this flange touches: twice, because it moves the flange. */
+static double height_across(const struct kl_tangency *t, const struct tables *tables,
+                            enum kl_side s, double step) {
+    const double base = t->side[KL_RIGHT].half_base_m + t->side[KL_LEFT].half_base_m;
+    const enum kl_side other = s == KL_RIGHT ? KL_LEFT : KL_RIGHT;
+    double across = 0.0;
+    for (int round = 0; round < 2; round++) {
+        struct kl_flange_contact contact;
+        if (!kl_flange_solve(t, s, 0.0, -across / base, &contact)) {
+            return 0.0;
+        }
+        const double last = 2.0 * (double)tables->half;
+        const double place = (double)tables->half - contact.place_m / step;
+        const double kept = place > last ? last : place;
+        across = (double)tables->rows[other][kept > 0.0 ? (uint32_t)kept : 0u].height_m;
+    }
+    return across;
+}
+
+/* Both flanges, one after the other in one block, of which the rest is given back. */
+static void build_flanges(const struct kl_pair_def *def, const struct kl_tangency *t,
+                          const struct tables *tables, struct kl_flange_row *rows,
+                          struct kl_pair *pair) {
+    for (int s = 0; s < KL_SIDES; s++) {
+        struct kl_flange_table *table = &pair->flange[s];
+        if (s == KL_LEFT && t->symmetric) {
+            *table = pair->flange[KL_RIGHT];
+            return;
+        }
+        double top = 0.0;
+        uint32_t n = 0;
+        if (def->contacts == KL_CONTACTS_TWO && t->side[s].flange_at < KL_WHEEL_SAMPLES) {
+            const double across = height_across(t, tables, (enum kl_side)s, def->step_m);
+            n = fill_flange(t, (enum kl_side)s, def->step_m, across, &top, rows);
+        }
+        if (n == 0) {
+            no_flange(rows);
+            n = 2;
+        }
+        table->rows = rows;
+        table->n_rows = n;
+        table->top_m = (kl_real)top;
+        rows += n;
+    }
+}
+
+/* Where the rigid contact goes over to the flange: the last jump of a side, if the contact point
+ * leaps there. */
+static void find_flange_jump(const struct kl_pair *pair, enum kl_side s,
+                             struct kl_side_table *table) {
+    const struct kl_flange_table *flange = &pair->flange[s];
+    double low = -1.0;
+    double high = -1.0;
+    for (uint32_t i = 1; i <= 2u * pair->half && high < 0.0; i++) {
+        const double w = (double)pair->step_m * ((double)i - (double)pair->half);
+        if (overlap_at(flange, pair, w, (double)table->rows[i].height_m) > 0.0) {
+            high = w;
+            low = w - (double)pair->step_m;
+        }
+    }
+    if (high < 0.0) {
+        return;
+    }
+    struct kl_row tread = {0};
+    for (int i = 0; i < 24; i++) {
+        const double w = 0.5 * (low + high);
+        read_row(pair, table, (kl_real)w, &tread);
+        if (overlap_at(flange, pair, w, (double)tread.height_m) > 0.0) {
+            high = w;
+        } else {
+            low = w;
+        }
+    }
+    kl_real t;
+    const struct kl_flange_row *row = flange_row(flange, pair->inv_step_1_m, tread.height_m, &t);
+    const kl_real eta =
+        row[0].contact.eta_wheel_m + t * (row[1].contact.eta_wheel_m - row[0].contact.eta_wheel_m);
+    uint32_t kept = 0;
+    while (kept < table->n_jumps && kept < KL_MAX_JUMPS && table->jumps[kept].w_m < high) {
+        kept++;
+    }
+    table->n_jumps = kept;
+    const struct kl_jump jump = {high, (double)tread.eta_wheel_m, (double)eta};
+    if (kept < KL_MAX_JUMPS && jump.eta_after_m - jump.eta_before_m > 0.2 * JUMP_THRESHOLD_M) {
+        table->jumps[kept] = jump;
+        table->n_jumps++;
+    }
+}
+
 static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct kl_arena *arena,
                                           const struct tables *tables, struct kl_pair *pair,
                                           struct kl_diag *diag) {
-    const size_t mark = arena->used; /* profiles and samples are scratch */
-    struct kl_tangency t;
+    size_t kept = arena->used;
+    struct kl_flange_row *rows =
+        kl_arena_take(arena, 2u * KL_FLANGE_MAX_ROWS, sizeof(struct kl_flange_row));
+    if (rows == NULL) {
+        return kl_report(diag, KL_ERR_MEMORY, "flange table", -1, (double)arena->wanted);
+    }
+    struct kl_tangency t; /* profiles and samples are scratch */
     enum kl_status status = kl_tangency_build(def, arena, &t, diag);
     if (status == KL_OK) {
+        if (def->contacts == KL_CONTACTS_TWO) {
+            kl_tangency_treads_only(&t);
+        }
         status = fill_tables(def, &t, tables, diag);
+    }
+    if (status == KL_OK) {
+        build_flanges(def, &t, tables, rows, pair);
+        const struct kl_flange_table *last = &pair->flange[t.symmetric ? KL_RIGHT : KL_LEFT];
+        const struct kl_flange_row *end = last->rows + last->n_rows;
+        kept = ((size_t)((const unsigned char *)end - arena->base) + 15u) & ~(size_t)15u;
     }
     for (int s = 0; s < KL_SIDES && status == KL_OK; s++) {
         if (t.symmetric && s == KL_LEFT) {
@@ -240,9 +457,10 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
             }
         } else {
             status = find_jumps(def, &t, tables, (enum kl_side)s, &pair->side[s], diag);
+            find_flange_jump(pair, (enum kl_side)s, &pair->side[s]);
         }
     }
-    arena->used = mark;
+    arena->used = kept;
     if (status != KL_OK) {
         return status;
     }
@@ -279,6 +497,14 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
     pair->step_m = (kl_real)def->step_m;
     pair->inv_step_1_m = (kl_real)(1.0 / def->step_m);
     pair->range_m = (kl_real)(def->step_m * (double)tables.half);
+    const int stated = def->flange_stiffness_N_m > 0.0;
+    pair->flange_stiffness_N_m =
+        stated ? (kl_real)def->flange_stiffness_N_m : KL_R(KL_FLANGE_STIFFNESS_N_M);
+    pair->flange_damping_Ns_m =
+        stated ? (kl_real)def->flange_damping_Ns_m : KL_R(KL_FLANGE_DAMPING_NS_M);
+    if (def->contacts != KL_CONTACTS_TWO && def->contacts != KL_CONTACTS_RIGID) {
+        return kl_report(diag, KL_ERR_VALUE, "pair: unknown contacts", -1, (double)def->contacts);
+    }
     if (def->kind == KL_PAIR_PROFILES) {
         return build_from_profiles(def, arena, &tables, pair, diag);
     }
@@ -293,6 +519,15 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
         const double w = def->step_m * ((double)i - (double)tables.half);
         linear_row(def, w, &tables.rows[KL_RIGHT][i]);
         tables.rows[KL_LEFT][i] = tables.rows[KL_RIGHT][i];
+    }
+    struct kl_flange_row *rows = kl_arena_take(arena, 2u, sizeof *rows);
+    if (rows == NULL) {
+        return kl_report(diag, KL_ERR_MEMORY, "flange table", -1, (double)arena->wanted);
+    }
+    no_flange(rows);
+    for (int s = 0; s < KL_SIDES; s++) {
+        pair->flange[s].rows = rows;
+        pair->flange[s].n_rows = 2;
     }
     pair->base_m = (kl_real)(2.0 * def->half_base_m);
     pair->inv_base_1_m = (kl_real)(0.5 / def->half_base_m);
@@ -353,27 +588,6 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
     }
     scratch->used = mark;
     return status;
-}
-
-/* Interpolation in a row pair: heights by the cubic that also meets the slopes, the rest linear. */
-static void read_row(const struct kl_pair *pair, const struct kl_side_table *table, kl_real w,
-                     struct kl_row *out) {
-    const kl_real from_start = w * pair->inv_step_1_m + (kl_real)pair->half;
-    const kl_real place = kl_clamp(from_start, KL_R(0), (kl_real)(2u * pair->half));
-    uint32_t i = (uint32_t)place;
-    i = i < 2u * pair->half ? i : 2u * pair->half - 1u;
-    const kl_real t = place - (kl_real)i;
-    /* a row is nothing but kl_real columns */
-    const kl_real *a = (const kl_real *)&table->rows[i];
-    const kl_real *b = (const kl_real *)&table->rows[i + 1u];
-    kl_real *o = (kl_real *)out;
-    for (size_t column = 0; column < sizeof(struct kl_row) / sizeof(kl_real); column++) {
-        o[column] = a[column] + t * (b[column] - a[column]);
-    }
-    const struct kl_hermite h =
-        kl_hermite(&table->rows[i], &table->rows[i + 1u], t, pair->step_m, pair->inv_step_1_m);
-    out->height_m = h.value;
-    out->height_w = h.slope;
 }
 
 enum kl_status kl_pair_posture(const struct kl_pair *pair, double u_y_m,

@@ -66,8 +66,17 @@ struct kl_rail_def {
  */
 enum kl_kinematics { KL_KINEMATICS_RIGID = 0, KL_KINEMATICS_PRINTED = 1 };
 
+/*
+ * Which contacts a wheel has. TWO: tread and flange for themselves; the tread is rigid, the flange
+ * works against the lateral elasticity of the rail, a wheel can be on both, and can leave its tread
+ * and climb. RIGID: one rigid contact at a time, whichever touches first, as in Wickens 2.3; for
+ * looking at geometry, and for vehicles that keep off their flanges.
+ */
+enum kl_contact_model { KL_CONTACTS_RIGID = 0, KL_CONTACTS_TWO = 1 };
+
 struct kl_pair_def {
     enum kl_pair_kind kind;
+    enum kl_contact_model contacts;      /* PROFILES */
     enum kl_kinematics kinematics;       /* PROFILES */
     struct kl_wheel_def wheel[KL_SIDES]; /* PROFILES */
     struct kl_rail_def rail[KL_SIDES];   /* PROFILES */
@@ -76,7 +85,10 @@ struct kl_pair_def {
     double conicity;      /* LINEAR: lambda = dr/du_y */
     double curvature_1_m; /* LINEAR: relative transverse curvature 1/R_r - 1/R_w > 0, for Hertz */
     struct kl_material material;
-    double step_m;  /* table step, 1e-5..1e-3; 1e-4 is usual */
+    /* What a flange works against: the lateral elasticity and damping of rail and track, per rail. */
+    double flange_stiffness_N_m; /* 1e5..1e10; 0: both as KL_FLANGE_... */
+    double flange_damping_Ns_m;  /* 0..1e8 */
+    double step_m;               /* table step, 1e-5..1e-3; 1e-4 is usual */
     double range_m; /* table covers |w| <= range, step * 4 .. step * KL_TABLE_MAX_HALF */
 };
 
@@ -107,6 +119,31 @@ struct kl_row {
     kl_real semi_b_1;       /* Hertz semi-axis across the rail at 1 N */
 };
 
+/*
+ * One row of a flange's table, at one ride height H of its wheel. A flange is the part of the wheel
+ * that is steeper than KL_FLANGE_ANGLE_RAD; it is a contact of its own, beside that of the tread.
+ */
+#define KL_FLANGE_ANGLE_RAD 0.96
+/* Lateral stiffness and damping between rail and sleeper, as in the track of the Manchester benchmarks for rail vehicle
+ * simulation (Iwnicki 1998). */
+#define KL_FLANGE_STIFFNESS_N_M 43e6
+#define KL_FLANGE_DAMPING_NS_M 240e3
+struct kl_flange_row {
+    kl_real place_m; /* outboard displacement w of the axle at which the flange just touches */
+    kl_real place_h; /* its derivative by H; negative: who rides higher must go further */
+    struct kl_row contact; /* its height_m is H, its height_w 1/place_h */
+};
+
+/* Rows from the lowest ride height upwards: row i at H = top_m - i step. A wheel without a flange
+ * has two rows that are out of reach. The last row is where the flange begins to lose its hold:
+ * above it the wheel has climbed the rail. */
+#define KL_FLANGE_MAX_ROWS 600
+struct kl_flange_table {
+    const struct kl_flange_row *rows;
+    uint32_t n_rows; /* at least 2 */
+    kl_real top_m;
+};
+
 /* A jump of the contact point between two neighbouring rows. */
 struct kl_jump {
     double w_m;          /* outboard displacement, bisected to 1e-6 m */
@@ -122,7 +159,9 @@ struct kl_side_table {
 };
 
 struct kl_pair {
-    struct kl_side_table side[KL_SIDES];
+    struct kl_side_table side[KL_SIDES]; /* the treads, as if there were no flanges; where contacts
+                                            are RIGID the whole wheels */
+    struct kl_flange_table flange[KL_SIDES];
     uint32_t half;
     kl_real step_m;
     kl_real inv_step_1_m;
@@ -131,6 +170,8 @@ struct kl_pair {
     kl_real inv_base_1_m;
     kl_real share[KL_SIDES]; /* u_z = share_r H_r + share_l H_l; 1/2 each for a symmetric pair */
     kl_real radius_m;        /* mean r0 of the central contact */
+    kl_real flange_stiffness_N_m;
+    kl_real flange_damping_Ns_m;
 };
 
 /* The wheelset's posture for one displacement: the full solution, not an interpolation. */
@@ -157,7 +198,7 @@ struct kl_linear_geometry {
 };
 
 /*
- * Builds the table of a pair. Every step is bounded; no result depends on anything but `def`.
+ * Builds the tables of a pair. Every step is bounded; no result depends on anything but `def`.
  * KL_ERR_PROFILE, KL_ERR_VALUE: see kl_profile_build; KL_ERR_CONTACT: no contact when central, or
  * the contact runs off a profile's end inside the range; KL_ERR_CONVERGE; KL_ERR_MEMORY. `diag`
  * (may be NULL) says more. Bound: about (2 range/step + 1) * (profile points) * 8 evaluations.
@@ -172,7 +213,8 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
 enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, double u_y_m,
                              struct kl_posture *posture, struct kl_diag *diag);
 
-/* Reads the table at u_y (interpolated as the step does). Bound: constant. */
+/* Reads the tables of the treads (KL_CONTACTS_RIGID: of whatever touches first) at u_y, interpolated
+ * as in the step. Bound: constant. */
 enum kl_status kl_pair_posture(const struct kl_pair *pair, double u_y_m,
                                struct kl_posture *posture);
 

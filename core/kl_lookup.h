@@ -42,4 +42,18 @@ static inline struct kl_hermite kl_hermite(const struct kl_row *a, const struct 
     return h;
 }
 
+/* Where a flange touches, from its row and the next: `slope` is -dW/dH, rows going upwards. */
+static inline struct kl_hermite kl_flange_place(const struct kl_flange_row *row, kl_real t,
+                                                kl_real step_m) {
+    const kl_real rise = row[1].place_m - row[0].place_m;
+    const kl_real m0 = -(step_m * row[0].place_h);
+    const kl_real m1 = -(step_m * row[1].place_h);
+    const kl_real c2 = ((kl_real)3 * rise - (kl_real)2 * m0) - m1;
+    const kl_real c3 = (m0 + m1) - (kl_real)2 * rise;
+    const struct kl_hermite h = {row[0].place_m + t * (m0 + t * (c2 + t * c3)),
+                                 (m0 + t * ((kl_real)2 * c2 + (kl_real)3 * t * c3)) / step_m,
+                                 (kl_real)0};
+    return h;
+}
+
 #endif

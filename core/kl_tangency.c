@@ -75,7 +75,7 @@ static double sample_gaps(const struct kl_tangency *t, const struct kl_contact_s
         rail_eta_at(side, turn, w, side->wheel.eta_min_m, turning_radius(t, side, 0.0)) -
         side->rail.eta_min_m;
     double lowest = NO_RAIL_UNDER;
-    for (uint32_t i = 0; i < KL_WHEEL_SAMPLES; i++) {
+    for (uint32_t i = 0; i < side->searched; i++) {
         const double along = side->wheel_step_m * (double)i;
         const double zeta_w = side->wheel_zeta[i];
         const double place = (first + along * turn.cosine + turning * zeta_w) * inv_step;
@@ -161,6 +161,14 @@ static struct side_terms refine(const struct kl_tangency *t, const struct kl_con
     return now;
 }
 
+/* Contact with the edge at which a wheel was cut off: a point of the wheel, whatever the angles. */
+static struct side_terms edge_terms(const struct kl_tangency *t, const struct kl_contact_side *side,
+                                    double w, double phi_s, double eta_w) {
+    struct side_terms edge = terms_at(t, side, w, phi_s, eta_w);
+    edge.f_eta = 0.0;
+    return edge;
+}
+
 /*
  * The contact that touches first: smallest ride height over all points of the wheel. All local
  * minima within `close` of the best sample are refined, so that two nearly equal contacts are told
@@ -174,7 +182,8 @@ static int touch_first(const struct kl_tangency *t, const struct kl_contact_side
     int found = 0;
     int refined = 0;
     /* a minimum at a profile's end, where its neighbour has no rail under it, is no contact */
-    for (uint32_t i = 1; i + 1u < KL_WHEEL_SAMPLES && refined < 8; i++) {
+    const uint32_t last = side->searched - 1u;
+    for (uint32_t i = 1; i < last && refined < 8; i++) {
         if (gap[i] <= lowest + close && gap[i] <= gap[i - 1u] && gap[i] < gap[i + 1u] &&
             gap[i - 1u] < NO_RAIL_UNDER && gap[i + 1u] < NO_RAIL_UNDER) {
             const double middle = side->wheel.eta_min_m + side->wheel_step_m * (double)i;
@@ -187,6 +196,12 @@ static int touch_first(const struct kl_tangency *t, const struct kl_contact_side
             found = 1;
             refined++;
         }
+    }
+    if (last + 1u < KL_WHEEL_SAMPLES && gap[last] <= lowest + close && gap[last] < gap[last - 1u]) {
+        const struct side_terms edge = edge_terms(
+            t, side, w, phi_s, side->wheel.eta_min_m + side->wheel_step_m * (double)last);
+        *best = !found || edge.height < best->height ? edge : *best;
+        found = 1;
     }
     return found;
 }
@@ -394,6 +409,25 @@ static enum kl_status sample_side(struct kl_arena *arena, struct kl_contact_side
     return KL_OK;
 }
 
+/* The flange begins where the wheel, inboard of its central contact, is steeper than
+ * KL_FLANGE_ANGLE_RAD. */
+static uint32_t find_flange(const struct kl_contact_side *side) {
+    for (uint32_t i = 0; i < KL_WHEEL_SAMPLES; i++) {
+        const double eta = side->wheel.eta_min_m + side->wheel_step_m * (double)i;
+        const double slope = kl_profile_at(&side->wheel, eta).slope;
+        if (eta > side->eta0_m && kl_atan(slope) >= KL_FLANGE_ANGLE_RAD) {
+            return i;
+        }
+    }
+    return KL_WHEEL_SAMPLES;
+}
+
+void kl_tangency_treads_only(struct kl_tangency *tangency) {
+    for (int s = 0; s < KL_SIDES; s++) {
+        tangency->side[s].searched = tangency->side[s].flange_at;
+    }
+}
+
 /* Step one: the central contact, with phi = 0, sets the origin of the data. */
 static enum kl_status centre_side(struct kl_tangency *t, struct kl_contact_side *side,
                                   struct kl_diag *diag) {
@@ -402,6 +436,7 @@ static enum kl_status centre_side(struct kl_tangency *t, struct kl_contact_side 
     side->rise0_m = 0.0;
     side->radius0_m = side->radius_m;
     side->half_base_m = side->spacing_m;
+    side->searched = KL_WHEEL_SAMPLES;
     if (!touch_first(t, side, 0.0, 0.0, &central)) {
         return kl_report(diag, KL_ERR_CONTACT, "wheel and rail do not touch when central", -1, 0.0);
     }
@@ -409,6 +444,7 @@ static enum kl_status centre_side(struct kl_tangency *t, struct kl_contact_side 
     side->rise0_m = central.height;
     side->radius0_m = side->radius_m + kl_profile_at(&side->wheel, central.eta_w).zeta_m;
     side->half_base_m = side->spacing_m - central.eta_w;
+    side->flange_at = find_flange(side);
     return KL_OK;
 }
 

@@ -25,6 +25,8 @@ struct kl_contact_side {
     double rise0_m;     /* zeta_r - zeta_w there */
     double radius0_m;   /* rolling radius there */
     double half_base_m; /* l: its distance from the middle */
+    uint32_t flange_at; /* first sample of the flange; KL_WHEEL_SAMPLES where there is none */
+    uint32_t searched;  /* samples 0..searched - 1 are searched for the contact */
 };
 
 struct kl_tangency {
@@ -46,6 +48,9 @@ struct kl_touch {
 /* Prepares both sides and finds the central contact. */
 enum kl_status kl_tangency_build(const struct kl_pair_def *def, struct kl_arena *arena,
                                  struct kl_tangency *tangency, struct kl_diag *diag);
+
+/* From now on the wheels end where their flanges begin. */
+void kl_tangency_treads_only(struct kl_tangency *tangency);
 
 /* Solves eq. 2-11 at u_y; `touch->phi_rad` on entry is the first guess. Bound: KL_POSTURE_ROUNDS
  * searches per side. */

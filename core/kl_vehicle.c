@@ -268,13 +268,23 @@ static uint64_t hash_bodies(uint64_t h, const struct kl_model *m) {
 static uint64_t hash_pairs(uint64_t h, const struct kl_model *m) {
     for (uint32_t i = 0; i < m->n_pairs; i++) {
         const struct kl_pair *p = &m->pairs[i];
-        const kl_real values[] = {p->step_m,          p->inv_step_1_m,  p->range_m,
-                                  p->base_m,          p->inv_base_1_m,  p->radius_m,
-                                  p->share[KL_RIGHT], p->share[KL_LEFT]};
+        const kl_real values[] = {p->step_m,
+                                  p->inv_step_1_m,
+                                  p->range_m,
+                                  p->base_m,
+                                  p->inv_base_1_m,
+                                  p->radius_m,
+                                  p->share[KL_RIGHT],
+                                  p->share[KL_LEFT],
+                                  p->flange_stiffness_N_m,
+                                  p->flange_damping_Ns_m};
         h = hash_u32(h, p->half);
         h = kl_hash_bytes(h, values, sizeof values);
         for (int s = 0; s < KL_SIDES; s++) {
             h = kl_hash_bytes(h, p->side[s].rows, (2u * p->half + 1u) * sizeof(struct kl_row));
+            h = kl_hash_bytes(h, p->flange[s].rows,
+                              p->flange[s].n_rows * sizeof(struct kl_flange_row));
+            h = kl_hash_bytes(h, &p->flange[s].top_m, sizeof p->flange[s].top_m);
         }
     }
     return h;
@@ -326,6 +336,13 @@ static int has_sound_tables(const struct kl_model *m) {
         if (p->half < 4u || p->half > KL_TABLE_MAX_HALF || p->side[KL_RIGHT].rows == NULL ||
             p->side[KL_LEFT].rows == NULL) {
             return 0;
+        }
+        for (int s = 0; s < KL_SIDES; s++) {
+            const struct kl_flange_table *flange = &p->flange[s];
+            if (flange->rows == NULL || flange->n_rows < 2u ||
+                flange->n_rows > KL_FLANGE_MAX_ROWS) {
+                return 0;
+            }
         }
     }
     for (uint32_t i = 0; i < m->n_wheelsets; i++) {
