@@ -186,7 +186,7 @@ enum kl_status kl_creep_row_build(enum kl_creep_law law, const struct kl_creep_t
 
 #define KL_LEAST_FRICTION 1e-9 /* creepages are normalised as if mu were no less */
 #define KL_FASTSIM_STRIPS 10
-#define KL_FASTSIM_STEPS 12
+#define KL_FASTSIM_STEPS 10
 
 /* One contact at one instant. */
 struct kl_creep_contact {
@@ -199,7 +199,7 @@ struct kl_creep_contact {
 
 /*
  * The creep force under one law. `reduction` is 0..1 and, but for LINEAR, no less than any slope
- * -dT1/dgamma1/f11, -dT2/dgamma2/f22 (for the integrator, which takes creep damping implicitly).
+ * -dT1/dgamma1/f11, -dT2/dgamma2/f22 that is not above 1 itself (for the integrator, which takes creep damping implicitly).
  * `table` is used by TABLE alone. NaN in the creepage counts as -1e9 times the linear limit. Bound:
  * constant; re-entrant. One wheel: a step does both of an axle at once by kl_lane_creep.
  */
