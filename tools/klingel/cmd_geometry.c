@@ -312,12 +312,21 @@ static int show_csv(const struct work *w, const struct arguments *a, FILE *csv) 
     return CLI_OK;
 }
 
+/* The picture is of whole wheels, also where the model's tables hold treads and flanges apart. */
 static int show_picture(const struct work *w, const struct arguments *a) {
     char title[400];
+    struct kl_pair_def def = *w->def;
+    struct work whole = *w;
+    def.contacts = KL_CONTACTS_RIGID;
+    whole.def = &def;
+    whole.memory = NULL;
+    int status = build(&whole);
     snprintf(title, sizeof title, "Contact geometry of %s, %s", w->name, a->target.vehicle);
     const struct geometry_picture picture = {
-        .title = title, .def = w->def, .pair = &w->pair, .every_m = a->every_m};
-    return geometry_plot(&picture, a->plot);
+        .title = title, .def = &def, .pair = &whole.pair, .every_m = a->every_m};
+    status = status == CLI_OK ? geometry_plot(&picture, a->plot) : status;
+    free(whole.memory);
+    return status;
 }
 
 static int show(struct cli_model *m, const struct arguments *a) {

@@ -168,6 +168,7 @@ int conicity_source_pair(struct conicity_source *source, const struct kl_pair_de
     struct built b = {.def = *def, .name = name};
     struct kl_posture central;
     memset(source, 0, sizeof *source);
+    b.def.contacts = KL_CONTACTS_RIGID; /* the whole wheel, whichever part of it touches */
     const bool level = !roll && def->kind == KL_PAIR_PROFILES;
     if (level) {
         b.def.range_m = 8.0 * b.def.step_m; /* the central contact is all that is wanted of it */
