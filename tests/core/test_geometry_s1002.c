@@ -5,12 +5,11 @@
 #define ARENA_BYTES (4u << 20)
 #define LAST_M 0.0095
 
-/*
- * Radii and their difference. Beyond 6.1 mm the contact climbs the flange: the radius changes by up
- * to 8 mm per mm of u_y, and what the kinematics leave out, l phi^2/2 = 7 um at 6.5 mm, shows.
- */
+/* Radii and their difference: 0.02 mm is asked for; this is what the point spacing leaves. Beyond
+ * 6.1 mm the contact climbs the flange, where 1 um of u_y is up to 8 um of radius, and the program
+ * CONTACT has 1.5 um of penetration there. */
 static double radius_tolerance(double u) {
-    return fabs(u) < 0.0061 ? 2e-5 : 6e-5;
+    return fabs(u) < 0.0061 ? 1e-5 : 2e-5;
 }
 
 /* The contact moves at once near 0.2, 4.84 and 6.25 mm (tests/reference/README.md). */

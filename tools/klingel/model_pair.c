@@ -2,10 +2,12 @@
 #include "kl_math.h" /* kl_atan: the same bits on every host, which libm does not promise */
 #include "model_convert.h"
 #include "model_table.h"
+#include "profile_file.h"
 
 #define STEEL_SHEAR_MODULUS_PA 82e9
 #define STEEL_POISSON 0.28
 #define USUAL_GAUGE_DEPTH_M 0.014
+#define USUAL_TAPE_CIRCLE_M 0.070
 
 static void points_profile(struct model_parts *parts, const char *file, const char *key,
                            struct kl_profile_def *def) {
@@ -21,7 +23,7 @@ static void points_profile(struct model_parts *parts, const char *file, const ch
         model_error(parts, path, "the file holds %u points, must be %d to %d", table.n_rows,
                     KL_PROFILE_MIN_POINTS, KL_PROFILE_MAX_POINTS);
     }
-    for (uint32_t i = 1; i < table.n_rows; i++) {
+    for (uint32_t i = 1; i < table.n_rows && def->smoothing_m == 0.0; i++) {
         if (!(table.column[0][i] > table.column[0][i - 1])) {
             model_table_error(parts, &table, i, "eta must grow from point to point");
             break;
@@ -33,17 +35,47 @@ static void points_profile(struct model_parts *parts, const char *file, const ch
     def->zeta_m = table.column[1];
 }
 
-static void profile(struct model_parts *parts, const struct raw_profile *raw, const char *key,
-                    struct kl_profile_def *def) {
-    int kinds = (raw->points != NULL) + (raw->arc != NULL) + (raw->cone != NULL);
-    if (!model_check(parts, kinds == 1, "needs exactly one of points, arc, cone", "%s.profile",
-                     key)) {
-        return;
+/* Where a profile belongs, which its file may need to know. */
+struct place {
+    bool wheel;
+    double tape_circle_m; /* of a wheel, from the flange back */
+};
+
+static void file_profile(struct model_parts *parts, const struct raw_profile *raw,
+                         const struct place *place, const char *key, struct kl_profile_def *def) {
+    const bool from_flange = raw->origin != NULL && *raw->origin == RAW_FLANGE_BACK;
+    const struct profile_request request = {
+        .name = raw->file,
+        .wheel = place->wheel,
+        .axes = raw->axes != NULL ? (enum profile_axes) * raw->axes : PROFILE_AXES_OF_FILE,
+        .unit_m = raw->units == NULL          ? 0.0
+                  : *raw->units == RAW_METRES ? 1.0
+                                              : 1e-3,
+        .flange_m = from_flange ? place->tape_circle_m : 0.0,
+        .from_m = raw->from_mm != NULL ? *raw->from_mm / 1000.0 : -1.0,
+        .to_m = raw->to_mm != NULL ? *raw->to_mm / 1000.0 : 1.0,
+        .deepest_m = raw->deepest_mm != NULL ? *raw->deepest_mm / 1000.0 : 1.0,
+        .smoothing_said = raw->smoothing_mm != NULL,
+        .smoothing_m = def->smoothing_m};
+    bool ok = model_check(parts, request.from_m < request.to_m, "must be above from_mm",
+                          "%s.profile.to_mm", key);
+    ok = model_check(parts, request.deepest_m > 0.0, "must be > 0", "%s.profile.deepest_mm", key) &&
+         ok;
+    ok = model_check(parts, place->wheel || raw->origin == NULL, "goes with a wheel",
+                     "%s.profile.origin", key) &&
+         ok;
+    ok = model_check(parts, !place->wheel || raw->canted_1_in == NULL, "goes with a rail",
+                     "%s.profile.canted_1_in", key) &&
+         ok;
+    char path[MODEL_PATH_SIZE];
+    snprintf(path, sizeof path, "%s.profile.file", key);
+    if (ok) {
+        (void)profile_file_read(parts, path, &request, def);
     }
-    if (raw->points != NULL) {
-        points_profile(parts, raw->points, key, def);
-        return;
-    }
+}
+
+static void round_profile(struct model_parts *parts, const struct raw_profile *raw, const char *key,
+                          struct kl_profile_def *def) {
     const char *kind = raw->arc != NULL ? "arc" : "cone";
     double radius = raw->arc != NULL ? raw->arc->radius_m : 0.0;
     double slope = raw->arc != NULL ? raw->arc->slope_rad : raw->cone->slope_rad;
@@ -63,38 +95,156 @@ static void profile(struct model_parts *parts, const struct raw_profile *raw, co
     def->half_width_m = half;
 }
 
-static void wheel(struct model_parts *parts, const struct raw_wheel *raw, const char *key,
-                  struct kl_wheel_def *def) {
-    profile(parts, &raw->profile, key, &def->profile);
-    model_positive(parts, raw->radius_m, "%s.radius_m", key);
-    model_positive(parts, raw->half_spacing_m, "%s.half_spacing_m", key);
-    def->radius_m = raw->radius_m;
-    def->half_spacing_m = raw->half_spacing_m;
+/* Keys that say how to read a file, where there is none. */
+static bool keys_belong(struct model_parts *parts, const struct raw_profile *raw, const char *key) {
+    const struct {
+        const char *name;
+        bool there;
+        bool belongs;
+    } list[] = {
+        {"smoothing_mm", raw->smoothing_mm != NULL, raw->file != NULL || raw->points != NULL},
+        {"axes", raw->axes != NULL, raw->file != NULL},
+        {"units", raw->units != NULL, raw->file != NULL},
+        {"origin", raw->origin != NULL, raw->file != NULL},
+        {"from_mm", raw->from_mm != NULL, raw->file != NULL},
+        {"to_mm", raw->to_mm != NULL, raw->file != NULL},
+        {"deepest_mm", raw->deepest_mm != NULL, raw->file != NULL},
+        {"canted_1_in", raw->canted_1_in != NULL, raw->file != NULL}};
+    bool ok = true;
+    for (size_t i = 0; i < sizeof list / sizeof list[0]; i++) {
+        ok = model_check(parts, !list[i].there || list[i].belongs,
+                         i == 0 ? "goes with file or points" : "goes with file", "%s.profile.%s",
+                         key, list[i].name) &&
+             ok;
+    }
+    return ok;
 }
 
-static double rail_cant(struct model_parts *parts, const struct raw_rail *raw, const char *key) {
-    if (raw->cant_rad != NULL && raw->cant_1_in != NULL) {
+static void profile(struct model_parts *parts, const struct raw_profile *raw,
+                    const struct place *place, const char *key, struct kl_profile_def *def) {
+    int kinds =
+        (raw->points != NULL) + (raw->file != NULL) + (raw->arc != NULL) + (raw->cone != NULL);
+    if (!model_check(parts, kinds == 1, "needs exactly one of file, points, arc, cone",
+                     "%s.profile", key) ||
+        !keys_belong(parts, raw, key)) {
+        return;
+    }
+    const struct kl_profile_def blank = {0};
+    *def = blank;
+    if (raw->smoothing_mm != NULL) {
+        const double mm = *raw->smoothing_mm;
+        model_check(parts, mm == 0.0 || (mm >= 1e-4 && mm <= 1.0), "must be 0 or 0.0001 to 1",
+                    "%s.profile.smoothing_mm", key);
+        def->smoothing_m = mm / 1000.0;
+    }
+    if (raw->points != NULL) {
+        points_profile(parts, raw->points, key, def);
+    } else if (raw->file != NULL) {
+        file_profile(parts, raw, place, key, def);
+    } else {
+        round_profile(parts, raw, key, def);
+    }
+}
+
+/* ---- wheels ---- */
+
+/* Half the distance of the tape circles, stated as it is or by the flange backs. */
+static double wheel_spacing(struct model_parts *parts, const struct raw_wheel *raw, const char *key,
+                            double tape_circle) {
+    const bool by_flange = raw->flange_back_m != NULL;
+    const bool from_flange = raw->profile.origin != NULL && *raw->profile.origin == RAW_FLANGE_BACK;
+    model_check(parts, raw->tape_circle_m == NULL || by_flange || from_flange,
+                "goes with flange_back_m, or with a profile of origin: flange_back",
+                "%s.tape_circle_m", key);
+    model_check(parts, tape_circle > 0.0 && tape_circle < 0.2, "must be > 0 and < 0.2",
+                "%s.tape_circle_m", key);
+    if (!model_check(parts, by_flange != (raw->half_spacing_m != NULL),
+                     "needs either flange_back_m or half_spacing_m", "%s", key)) {
+        return 0.0;
+    }
+    if (by_flange) {
+        model_positive(parts, *raw->flange_back_m, "%s.flange_back_m", key);
+        return 0.5 * *raw->flange_back_m + tape_circle;
+    }
+    model_positive(parts, *raw->half_spacing_m, "%s.half_spacing_m", key);
+    return *raw->half_spacing_m;
+}
+
+static void wheel(struct model_parts *parts, const struct raw_wheel *raw, const char *key,
+                  struct kl_wheel_def *def) {
+    const double tape = raw->tape_circle_m != NULL ? *raw->tape_circle_m : USUAL_TAPE_CIRCLE_M;
+    const struct place place = {true, tape};
+    def->half_spacing_m = wheel_spacing(parts, raw, key, tape);
+    profile(parts, &raw->profile, &place, key, &def->profile);
+    model_positive(parts, raw->radius_m, "%s.radius_m", key);
+    def->radius_m = raw->radius_m;
+}
+
+/* What one side has of its own instead. */
+static void wheel_side(struct model_parts *parts, const struct raw_wheel *raw,
+                       const struct raw_wheel_side *own, const char *key,
+                       struct kl_wheel_def *def) {
+    const double tape = raw->tape_circle_m != NULL ? *raw->tape_circle_m : USUAL_TAPE_CIRCLE_M;
+    const struct place place = {true, tape};
+    if (own->profile != NULL) {
+        profile(parts, own->profile, &place, key, &def->profile);
+    }
+    if (own->radius_m != NULL) {
+        model_positive(parts, *own->radius_m, "%s.radius_m", key);
+        def->radius_m = *own->radius_m;
+    }
+}
+
+/* ---- rails ---- */
+
+static double one_in(struct model_parts *parts, double n, const char *key, const char *name) {
+    bool ok = model_check(parts, n >= 2.0 || n <= -2.0, "must be 2 or more (1:n), or -2 or less",
+                          "%s.%s", key, name);
+    return ok ? kl_atan(1.0 / n) : 0.0;
+}
+
+static double rail_cant(struct model_parts *parts, const double *cant_rad, const double *cant_1_in,
+                        const char *key) {
+    if (cant_rad != NULL && cant_1_in != NULL) {
         model_check(parts, false, "either cant_rad or cant_1_in, not both", "%s.cant_1_in", key);
         return 0.0;
     }
-    if (raw->cant_1_in != NULL) {
-        double n = *raw->cant_1_in;
-        bool ok = model_check(parts, n >= 2.0 || n <= -2.0,
-                              "must be 2 or more (1:n), or -2 or less", "%s.cant_1_in", key);
-        return ok ? kl_atan(1.0 / n) : 0.0;
+    if (cant_1_in != NULL) {
+        return one_in(parts, *cant_1_in, key, "cant_1_in");
     }
-    if (raw->cant_rad != NULL) {
-        model_check(parts, kl_abs(*raw->cant_rad) < 0.5, "must be between -0.5 and 0.5",
-                    "%s.cant_rad", key);
-        return *raw->cant_rad;
+    if (cant_rad != NULL) {
+        model_check(parts, kl_abs(*cant_rad) < 0.5, "must be between -0.5 and 0.5", "%s.cant_rad",
+                    key);
+        return *cant_rad;
     }
     return 0.0;
 }
 
+/* The inclination that is in the profile's points already. */
+static double cant_of_file(struct model_parts *parts, const struct raw_profile *raw,
+                           const char *key) {
+    return raw->canted_1_in != NULL ? one_in(parts, *raw->canted_1_in, key, "profile.canted_1_in")
+                                    : 0.0;
+}
+
+static void rail_side(struct model_parts *parts, const struct raw_rail *raw,
+                      const struct raw_rail_side *own, const char *key, struct kl_rail_def *def) {
+    const struct place place = {false, 0.0};
+    const bool own_cant = own->cant_rad != NULL || own->cant_1_in != NULL;
+    if (own->profile != NULL) {
+        profile(parts, own->profile, &place, key, &def->profile);
+    }
+    def->cant_rad = rail_cant(parts, own_cant ? own->cant_rad : raw->cant_rad,
+                              own_cant ? own->cant_1_in : raw->cant_1_in, key) -
+                    cant_of_file(parts, own->profile != NULL ? own->profile : &raw->profile, key);
+}
+
 static void rail(struct model_parts *parts, const struct raw_rail *raw, const char *key,
                  struct kl_rail_def *def) {
-    profile(parts, &raw->profile, key, &def->profile);
-    def->cant_rad = rail_cant(parts, raw, key);
+    const struct place place = {false, 0.0};
+    profile(parts, &raw->profile, &place, key, &def->profile);
+    def->cant_rad = rail_cant(parts, raw->cant_rad, raw->cant_1_in, key) -
+                    cant_of_file(parts, &raw->profile, key);
     bool by_gauge = raw->gauge_m != NULL;
     if (!model_check(parts, by_gauge != (raw->half_spacing_m != NULL),
                      "needs either gauge_m or half_spacing_m", "%s", key)) {
@@ -124,33 +274,66 @@ static bool two_sides(struct model_parts *parts, uint32_t i, const char *what, c
     return model_check(parts, ok, text, "pairs[%u]", i);
 }
 
+static const char *const side_name[KL_SIDES] = {"right", "left"};
+
+static void wheels(struct model_parts *parts, const struct raw_pair *raw, uint32_t i,
+                   struct kl_pair_def *def) {
+    const struct raw_wheel *single[KL_SIDES] = {raw->wheel_right, raw->wheel_left};
+    char key[64];
+    snprintf(key, sizeof key, "pairs[%u].wheel", i);
+    if (raw->wheel != NULL) {
+        wheel(parts, raw->wheel, key, &def->wheel[KL_RIGHT]);
+        def->wheel[KL_LEFT] = def->wheel[KL_RIGHT];
+    }
+    for (int s = 0; s < KL_SIDES; s++) {
+        const struct raw_wheel *w = raw->wheel != NULL ? raw->wheel : single[s];
+        const struct raw_wheel_side *own[KL_SIDES] = {w->right, w->left};
+        if (raw->wheel == NULL) {
+            snprintf(key, sizeof key, "pairs[%u].wheel_%s", i, side_name[s]);
+            wheel(parts, w, key, &def->wheel[s]);
+            model_check(parts, own[0] == NULL && own[1] == NULL,
+                        "its right and left go with a wheel of both sides", "%s", key);
+        } else if (own[s] != NULL) {
+            snprintf(key, sizeof key, "pairs[%u].wheel.%s", i, side_name[s]);
+            wheel_side(parts, w, own[s], key, &def->wheel[s]);
+        }
+    }
+}
+
+static void rails(struct model_parts *parts, const struct raw_pair *raw, uint32_t i,
+                  struct kl_pair_def *def) {
+    const struct raw_rail *single[KL_SIDES] = {raw->rail_right, raw->rail_left};
+    char key[64];
+    snprintf(key, sizeof key, "pairs[%u].rail", i);
+    if (raw->rail != NULL) {
+        rail(parts, raw->rail, key, &def->rail[KL_RIGHT]);
+        def->rail[KL_LEFT] = def->rail[KL_RIGHT];
+    }
+    for (int s = 0; s < KL_SIDES; s++) {
+        const struct raw_rail *r = raw->rail != NULL ? raw->rail : single[s];
+        const struct raw_rail_side *own[KL_SIDES] = {r->right, r->left};
+        if (raw->rail == NULL) {
+            snprintf(key, sizeof key, "pairs[%u].rail_%s", i, side_name[s]);
+            rail(parts, r, key, &def->rail[s]);
+            model_check(parts, own[0] == NULL && own[1] == NULL,
+                        "its right and left go with a rail of both sides", "%s", key);
+        } else if (own[s] != NULL) {
+            snprintf(key, sizeof key, "pairs[%u].rail.%s", i, side_name[s]);
+            rail_side(parts, r, own[s], key, &def->rail[s]);
+        }
+    }
+}
+
 static void profile_pair(struct model_parts *parts, const struct raw_pair *raw, uint32_t i,
                          struct kl_pair_def *def) {
-    static const char *const side_name[KL_SIDES] = {"_right", "_left"};
-    bool wheels = two_sides(parts, i, "wheel", raw->wheel, raw->wheel_right, raw->wheel_left);
-    bool rails = two_sides(parts, i, "rail", raw->rail, raw->rail_right, raw->rail_left);
-    const struct raw_wheel *wheel_of[KL_SIDES] = {raw->wheel_right, raw->wheel_left};
-    const struct raw_rail *rail_of[KL_SIDES] = {raw->rail_right, raw->rail_left};
-    char key[64];
     def->kind = KL_PAIR_PROFILES;
     def->kinematics =
         raw->kinematics != NULL ? (enum kl_kinematics) * raw->kinematics : KL_KINEMATICS_RIGID;
-    for (int side = 0; side < KL_SIDES && wheels; side++) {
-        if (raw->wheel != NULL && side == KL_LEFT) {
-            def->wheel[KL_LEFT] = def->wheel[KL_RIGHT];
-            break;
-        }
-        snprintf(key, sizeof key, "pairs[%u].wheel%s", i,
-                 raw->wheel != NULL ? "" : side_name[side]);
-        wheel(parts, raw->wheel != NULL ? raw->wheel : wheel_of[side], key, &def->wheel[side]);
+    if (two_sides(parts, i, "wheel", raw->wheel, raw->wheel_right, raw->wheel_left)) {
+        wheels(parts, raw, i, def);
     }
-    for (int side = 0; side < KL_SIDES && rails; side++) {
-        if (raw->rail != NULL && side == KL_LEFT) {
-            def->rail[KL_LEFT] = def->rail[KL_RIGHT];
-            break;
-        }
-        snprintf(key, sizeof key, "pairs[%u].rail%s", i, raw->rail != NULL ? "" : side_name[side]);
-        rail(parts, raw->rail != NULL ? raw->rail : rail_of[side], key, &def->rail[side]);
+    if (two_sides(parts, i, "rail", raw->rail, raw->rail_right, raw->rail_left)) {
+        rails(parts, raw, i, def);
     }
 }
 

@@ -1,6 +1,8 @@
 /* model_schema.c - the formats' keys for libcyaml. What a key means: models/README.md. */
 #include "model_schema.h"
 
+#include "profile_file.h"
+
 #define MUST CYAML_FLAG_DEFAULT
 #define MAY CYAML_FLAG_OPTIONAL
 #define STRICT_MUST CYAML_FLAG_STRICT
@@ -33,13 +35,44 @@ static const cyaml_schema_field_t arc_fields[] = {NUMBER(raw_arc, radius_m),
 static const cyaml_schema_field_t cone_fields[] = {NUMBER(raw_cone, slope_rad),
                                                    NUMBER(raw_cone, half_width_m), CYAML_FIELD_END};
 
+static const cyaml_strval_t axes[] = {{"inboard_down", PROFILE_INBOARD_DOWN},
+                                      {"inboard_up", PROFILE_INBOARD_UP},
+                                      {"outboard_down", PROFILE_OUTBOARD_DOWN},
+                                      {"outboard_up", PROFILE_OUTBOARD_UP}};
+static const cyaml_strval_t units[] = {{"m", RAW_METRES}, {"mm", RAW_MILLIMETRES}};
+static const cyaml_strval_t origins[] = {{"tape_circle", RAW_TAPE_CIRCLE},
+                                         {"flange_back", RAW_FLANGE_BACK}};
+
 static const cyaml_schema_field_t profile_fields[] = {
-    OPT_PATH(raw_profile, points), OPT_PART(raw_profile, arc, arc_fields),
-    OPT_PART(raw_profile, cone, cone_fields), CYAML_FIELD_END};
+    OPT_PATH(raw_profile, points),
+    OPT_PATH(raw_profile, file),
+    OPT_PART(raw_profile, arc, arc_fields),
+    OPT_PART(raw_profile, cone, cone_fields),
+    OPT_NUMBER(raw_profile, smoothing_mm),
+    CYAML_FIELD_ENUM_PTR("axes", STRICT_MAY, struct raw_profile, axes, axes, CYAML_ARRAY_LEN(axes)),
+    CYAML_FIELD_ENUM_PTR("units", STRICT_MAY, struct raw_profile, units, units,
+                         CYAML_ARRAY_LEN(units)),
+    CYAML_FIELD_ENUM_PTR("origin", STRICT_MAY, struct raw_profile, origin, origins,
+                         CYAML_ARRAY_LEN(origins)),
+    OPT_NUMBER(raw_profile, from_mm),
+    OPT_NUMBER(raw_profile, to_mm),
+    OPT_NUMBER(raw_profile, deepest_mm),
+    OPT_NUMBER(raw_profile, canted_1_in),
+    CYAML_FIELD_END};
+
+static const cyaml_schema_field_t wheel_side_fields[] = {
+    OPT_PART(raw_wheel_side, profile, profile_fields), OPT_NUMBER(raw_wheel_side, radius_m),
+    CYAML_FIELD_END};
 
 static const cyaml_schema_field_t wheel_fields[] = {
-    PART(raw_wheel, profile, profile_fields), NUMBER(raw_wheel, radius_m),
-    NUMBER(raw_wheel, half_spacing_m), CYAML_FIELD_END};
+    PART(raw_wheel, profile, profile_fields),     NUMBER(raw_wheel, radius_m),
+    OPT_NUMBER(raw_wheel, half_spacing_m),        OPT_NUMBER(raw_wheel, flange_back_m),
+    OPT_NUMBER(raw_wheel, tape_circle_m),         OPT_PART(raw_wheel, right, wheel_side_fields),
+    OPT_PART(raw_wheel, left, wheel_side_fields), CYAML_FIELD_END};
+
+static const cyaml_schema_field_t rail_side_fields[] = {
+    OPT_PART(raw_rail_side, profile, profile_fields), OPT_NUMBER(raw_rail_side, cant_rad),
+    OPT_NUMBER(raw_rail_side, cant_1_in), CYAML_FIELD_END};
 
 static const cyaml_schema_field_t rail_fields[] = {PART(raw_rail, profile, profile_fields),
                                                    OPT_NUMBER(raw_rail, cant_rad),
@@ -47,6 +80,8 @@ static const cyaml_schema_field_t rail_fields[] = {PART(raw_rail, profile, profi
                                                    OPT_NUMBER(raw_rail, half_spacing_m),
                                                    OPT_NUMBER(raw_rail, gauge_m),
                                                    OPT_NUMBER(raw_rail, gauge_depth_m),
+                                                   OPT_PART(raw_rail, right, rail_side_fields),
+                                                   OPT_PART(raw_rail, left, rail_side_fields),
                                                    CYAML_FIELD_END};
 
 static const cyaml_schema_field_t linear_fields[] = {

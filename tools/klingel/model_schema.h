@@ -23,16 +23,43 @@ struct raw_cone {
     double half_width_m;
 };
 
-struct raw_profile { /* exactly one */
+struct raw_profile { /* exactly one of points, file, arc and cone */
     char *points;
+    char *file;
     struct raw_arc *arc;
     struct raw_cone *cone;
+    double *smoothing_mm; /* of points and file; the rest of file alone */
+    int *axes;            /* enum profile_axes */
+    int *units;           /* enum raw_units */
+    int *origin;          /* enum raw_origin */
+    double *from_mm;
+    double *to_mm;
+    double *deepest_mm;
+    double *canted_1_in;
+};
+
+enum raw_units { RAW_METRES = 0, RAW_MILLIMETRES = 1 };
+enum raw_origin { RAW_TAPE_CIRCLE = 0, RAW_FLANGE_BACK = 1 };
+
+struct raw_wheel_side { /* what one side has of its own */
+    struct raw_profile *profile;
+    double *radius_m;
 };
 
 struct raw_wheel {
     struct raw_profile profile;
     double radius_m;
-    double half_spacing_m;
+    double *half_spacing_m;
+    double *flange_back_m;
+    double *tape_circle_m;
+    struct raw_wheel_side *right;
+    struct raw_wheel_side *left;
+};
+
+struct raw_rail_side {
+    struct raw_profile *profile;
+    double *cant_rad;
+    double *cant_1_in;
 };
 
 struct raw_rail {
@@ -42,6 +69,8 @@ struct raw_rail {
     double *half_spacing_m;
     double *gauge_m;
     double *gauge_depth_m;
+    struct raw_rail_side *right;
+    struct raw_rail_side *left;
 };
 
 struct raw_linear {
