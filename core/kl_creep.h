@@ -127,7 +127,7 @@ struct kl_creep_table {
     const double (*log_c_ij)[3]; /* n_ratio: ln C11, C22, C23 */
     const float *pure;           /* [ratio][spin] */
     const float *rest;           /* [ratio][spin][angle][creep][3], and one more */
-    const float *stiffness; /* [spin][creep]: times s, no less than any slope of the forces there */
+    const float *stiffness; /* [spin][creep]: times r + s, no less than any slope of the forces */
     uint64_t hash;
 };
 

@@ -131,7 +131,7 @@ struct coordinates {
     kl_lane sine;
     kl_lane way; /* signs of x, and of what turns */
     kl_lane turn;
-    kl_lane inv_s;
+    kl_lane inv_r_s; /* 1/(r + s) */
 };
 
 static inline struct coordinates find(const struct kl_creep_table *table,
@@ -149,13 +149,13 @@ static inline struct coordinates find(const struct kl_creep_table *table,
     const kl_lane bent = table->alpha * spin;
     const kl_lane s = kl_lane_sqrt(KL_R(1) + bent * bent);
     const kl_lane r = kl_lane_sqrt(x * x + y * y);
-    /* w = P/(P + beta), u = r/(r + gamma s), 1/s by one division; direction and t by another */
+    /* w = P/(P + beta), u = r/(r + gamma s), 1/(r + s) by one division; direction and t by another */
     const kl_lane u_below = r + table->gamma * s;
-    const kl_lane w_below = (spin + kl_lane_all(table->beta)) * s;
-    const kl_lane by_1 = KL_R(1) / (u_below * w_below);
-    at.u = r * (w_below * by_1);
-    at.w = spin * ((u_below * s) * by_1);
-    at.inv_s = (u_below * (spin + kl_lane_all(table->beta))) * by_1;
+    const kl_lane w_below = spin + kl_lane_all(table->beta);
+    const kl_lane by_1 = KL_R(1) / ((u_below * w_below) * (r + s));
+    at.u = r * ((w_below * (r + s)) * by_1);
+    at.w = spin * ((u_below * (r + s)) * by_1);
+    at.inv_r_s = (u_below * w_below) * by_1;
     const kl_lane r_1 = kl_lane_max(r, kl_lane_all(KL_R(1e-15)));
     const kl_lane t_below = r_1 + x;
     const kl_lane by_2 = KL_R(1) / (r_1 * t_below);
@@ -193,5 +193,5 @@ void kl_lane_creep_table(const struct kl_creep_table *table, const struct kl_cre
     out->t1 = at.way * (limited * t1);
     out->t2 = at.turn * (limited * t2);
     out->m3 = at.turn * (in->shape[2] * blend(reading, 2, angle, creep));
-    out->reduction = kl_lane_min(BOTH(reading, stiffness) * at.inv_s, one);
+    out->reduction = kl_lane_min(BOTH(reading, stiffness) * at.inv_r_s, one);
 }

@@ -310,7 +310,7 @@ static void fill(const struct nodes *nodes, float *pure, float *rest) {
 
 /* ---- making: the bound on the slopes ---- */
 
-/* The largest of -dFx/dx, -dFy/dy, times s, at angle fraction `h` and creep end `e` of a cell whose
+/* The largest of -dFx/dx, -dFy/dy, times r + s, at angle fraction `h` and creep end `e` of a cell whose
  * corners are q[angle][creep]. */
 static double slope_in(const struct nodes *nodes, double gamma, uint32_t k, uint32_t l, int e,
                        double h, const float *q[2][2], double pure) {
@@ -334,8 +334,9 @@ static double slope_in(const struct nodes *nodes, double gamma, uint32_t k, uint
         }
     }
     const double by_angle = 0.5 * (1.0 + t * t);
-    const double radial = (1.0 - u) * (1.0 - u) / gamma;               /* s du/dr */
-    const double turning = (1.0 - u) / (gamma * (u == 0.0 ? 1.0 : u)); /* s/r */
+    const double grown = 1.0 + (gamma - 1.0) * u;                  /* (1 + R)(1 - u) */
+    const double radial = (1.0 - u) * grown / gamma;               /* (r + s) du/dr */
+    const double turning = grown / (gamma * (u == 0.0 ? 1.0 : u)); /* (r + s)/r */
     const double along = by_angle * by_t[0] - value[1];
     const double across = by_angle * by_t[1] + value[0];
     const double fading = -2.0 * (1.0 - u) * pure * radial;

@@ -14,7 +14,7 @@ KLINGEL = KLINGEL if KLINGEL.is_absolute() else ROOT / KLINGEL
 WAGON, RESTRAINED, FREE = "models/two_axle_wagon.yaml", "models/restrained_wheelset.yaml", "models/free_wheelset.yaml"
 ARCS, DEMO, CURVE = "models/wickens_arcs.yaml", "models/demo_track.yaml", "models/curve_r600.yaml"
 LINEAR = "tests/tools/fixtures/linear_two_axle.yaml"
-COMMANDS = ("geometry", "conicity", "run", "modes", "bench", "hil", "dbc", "signals", "build")
+COMMANDS = ("geometry", "conicity", "creep", "run", "modes", "bench", "hil", "dbc", "signals", "build")
 
 
 def klingel(*arguments: object, timeout: float = 60, **more) -> subprocess.CompletedProcess:

@@ -11,14 +11,14 @@
 #define MANY "3000"
 #define MAX_ARGUMENTS 160
 
-static void exec_valgrind(char *const *arguments, const char *which, const char *steps,
-                          const char *log) {
+static void exec_valgrind(const char *command, char *const *arguments, const char *which,
+                          const char *steps, const char *log) {
     char program[4096];
     char count[64];
     char log_option[64];
     const char *argv[MAX_ARGUMENTS] = {
         "valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", log_option, program,
-        "bench"};
+        command};
     size_t n = 6;
     ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
     if (length < 0) {
@@ -57,7 +57,7 @@ static int read_log(const char *log, double *instructions) {
     return status;
 }
 
-static int count(char *const *arguments, const char *which, const char *steps,
+static int count(const char *command, char *const *arguments, const char *which, const char *steps,
                  double *instructions) {
     char log[] = "/tmp/klingel_bench_XXXXXX";
     int status = 0;
@@ -68,7 +68,7 @@ static int count(char *const *arguments, const char *which, const char *steps,
     close(fd);
     pid_t child = fork();
     if (child == 0) {
-        exec_valgrind(arguments, which, steps, log);
+        exec_valgrind(command, arguments, which, steps, log);
     }
     pid_t ended = -1;
     do {
@@ -85,11 +85,11 @@ static int count(char *const *arguments, const char *which, const char *steps,
                                      "information of every compiler (clang: add -gdwarf-4)");
 }
 
-int bench_count(char *const *arguments, const char *which, double *per_step) {
+int bench_count(const char *command, char *const *arguments, const char *which, double *per_step) {
     double few = 0.0;
     double many = 0.0;
-    int status = count(arguments, which, FEW, &few);
-    status = status == CLI_OK ? count(arguments, which, MANY, &many) : status;
+    int status = count(command, arguments, which, FEW, &few);
+    status = status == CLI_OK ? count(command, arguments, which, MANY, &many) : status;
     *per_step = (many - few) / (strtod(MANY, NULL) - strtod(FEW, NULL));
     return status;
 }

@@ -1,14 +1,14 @@
-/* bench_count.h - instructions of a step, counted by valgrind. Private to cmd_bench.c. */
+/* bench_count.h - instructions of a step, counted by valgrind. Private to cmd_bench.c and cmd_creep.c. */
 #ifndef BENCH_COUNT_H
 #define BENCH_COUNT_H
 
 #include "cli.h"
 
 /*
- * Instructions per step of the case `which` ("straight", "track"): this program is run by callgrind
- * for two numbers of steps, and the difference is divided. `arguments` are those of bench, ended by
- * NULL. CLI_OK, or CLI_FAILED (printed).
+ * Instructions per step of the case `which`: this program is run by callgrind as `command` (bench:
+ * "straight", "track"; creep: a law, per contact) with --count-only=which:steps for two numbers of steps,
+ * and the difference is divided. `arguments` are the other ones of the command, ended by NULL. CLI_OK, or CLI_FAILED (printed).
  */
-int bench_count(char *const *arguments, const char *which, double *per_step);
+int bench_count(const char *command, char *const *arguments, const char *which, double *per_step);
 
 #endif

@@ -24,6 +24,7 @@ enum cli_status { CLI_OK = 0, CLI_FAILED = 1, CLI_USAGE = 2 };
 int cmd_bench(int argc, char **argv);
 int cmd_build(int argc, char **argv);
 int cmd_conicity(int argc, char **argv);
+int cmd_creep(int argc, char **argv);
 int cmd_dbc(int argc, char **argv);
 int cmd_geometry(int argc, char **argv);
 int cmd_hil(int argc, char **argv);

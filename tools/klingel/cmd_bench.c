@@ -196,7 +196,7 @@ static int perform(struct bench_case *cases, const struct arguments *a, char *co
     for (int i = 0; i < CASES && status == CLI_OK; i++) {
         status = bench_measure(&cases[i].vehicle, a->steps, &cases[i].times);
         if (status == CLI_OK && a->instructions) {
-            status = bench_count(arguments, case_name[i], &cases[i].instructions);
+            status = bench_count("bench", arguments, case_name[i], &cases[i].instructions);
         }
     }
     if (status == CLI_OK && !cli_is_stdout(a->json)) {

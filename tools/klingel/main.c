@@ -10,6 +10,7 @@ static const struct sub_command {
 } sub_commands[] = {
     {"geometry", cmd_geometry, "wheel-rail geometry: contact tables, conicity, jumps"},
     {"conicity", cmd_conicity, "equivalent conicity after EN 15302 against amplitude and gauge"},
+    {"creep", cmd_creep, "creep forces of one contact, by law; the laws against CONTACT"},
     {"run", cmd_run, "simulate as fast as possible: states and forces as CSV, summary, hash"},
     {"modes", cmd_modes, "eigenvalues and damping about an equilibrium; critical speeds"},
     {"bench", cmd_bench, "measure the time and the instructions of a step"},
