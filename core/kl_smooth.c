@@ -326,11 +326,12 @@ static double score(struct fit *fit, int power) {
     return rest > 0.0 ? deviation * deviation / (rest * rest) : 1e30;
 }
 
-/* The power of two for lambda with the best score: every fourth, then their neighbours. */
-static int best_power(struct fit *fit) {
-    int best = LEAST_POWER;
+/* The power of two for lambda with the best score: every fourth from `first` to `last`, then their
+ * neighbours. */
+static int best_power(struct fit *fit, int first, int last) {
+    int best = first;
     double least = 1e31;
-    for (int power = LEAST_POWER; power <= MOST_POWER; power += 4) {
+    for (int power = first; power <= last; power += 4) {
         const double now = score(fit, power);
         best = now < least ? power : best;
         least = now < least ? now : least;
@@ -437,14 +438,20 @@ static double fit_curve(struct fit *fit, double tolerance) {
     for (uint32_t d = 0; d < fit->n; d++) {
         fit->stiffness[d] = 1.0;
     }
+    int first = LEAST_POWER;
+    int last = MOST_POWER;
     for (int round = 0; round < ROUNDS; round++) {
         assemble(fit);
-        (void)stay_within(fit, tolerance, best_power(fit));
+        const int power = best_power(fit, first, last);
+        (void)stay_within(fit, tolerance, power);
         move_to_feet(fit);
         adapt(fit);
+        /* the stiffness keeps its scale, so lambda does not go far */
+        first = power - 8 > LEAST_POWER ? power - 8 : LEAST_POWER;
+        last = power + 8 < MOST_POWER ? power + 8 : MOST_POWER;
     }
     assemble(fit);
-    return stay_within(fit, tolerance, best_power(fit));
+    return stay_within(fit, tolerance, best_power(fit, first, last));
 }
 
 enum kl_status kl_smooth(const struct kl_smooth_points *points, double tolerance_m,

@@ -49,7 +49,7 @@ uint32_t kl_smooth_size(const struct kl_smooth_points *points);
  * Writes the curve's points at its knots to x_out_m and y_out_m (kl_smooth_size of them); they may
  * not be the arrays read. `tolerance_m` > 0. The scratch memory, 16 bytes per point and 150 per knot, is taken from the arena and put back. KL_ERR_MEMORY; KL_ERR_PROFILE: the size is 0, or
  * no curve with these knots comes as near as the tolerance (`diag` holds how near the best one
- * comes). Bound: 108 solutions, each linear in points and knots.
+ * comes). Bound: 100 solutions, each linear in points and knots.
  */
 enum kl_status kl_smooth(const struct kl_smooth_points *points, double tolerance_m,
                          struct kl_arena *arena, double *x_out_m, double *y_out_m,
