@@ -152,8 +152,9 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
 static void suspension(FILE *f, const struct kl_model *m, const char *name) {
     const struct kl_suspension *s = &m->suspension;
     words(f, name, "row_start", s->row_start, s->n_coordinates + 1);
-    if (s->n_entries == 0) {
-        fputc('\n', f);
+    if (s->n_entries == 0) { /* arrays all the same: kl_model_check wants no NULL */
+        fprintf(f, "static const uint16_t %s_column[] = {0};\n", name);
+        fprintf(f, "static const struct kl_spring %s_spring[] = {{0, 0}};\n\n", name);
         return;
     }
     words(f, name, "column", s->column, s->n_entries);
@@ -236,12 +237,9 @@ static void track_fields(FILE *f, const struct kl_track *t, const char *name) {
 static void suspension_fields(FILE *f, const struct kl_suspension *s, const char *name) {
     fprintf(f,
             "    .suspension = {.n_coordinates = %" PRIu32 ", .n_entries = %" PRIu32
-            ", .row_start = %s_row_start",
-            s->n_coordinates, s->n_entries, name);
-    if (s->n_entries > 0) {
-        fprintf(f, ",\n                   .column = %s_column, .spring = %s_spring", name, name);
-    }
-    fputs("},\n", f);
+            ", .row_start = %s_row_start,\n"
+            "                   .column = %s_column, .spring = %s_spring},\n",
+            s->n_coordinates, s->n_entries, name, name, name);
 }
 
 static void definition(FILE *f, const struct kl_model *m, const char *name) {
