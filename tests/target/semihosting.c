@@ -12,7 +12,7 @@
 
 int main(int argc, char **argv);
 int target_entry(void);
-void _fini(void); /* newlib's exit calls it; there are no destructors */
+void _fini(void);                      /* newlib's exit calls it; there are no destructors */
 void initialise_monitor_handles(void); /* librdimon: opens stdin, stdout, stderr */
 
 static uint32_t ask_host(uint32_t operation, void *block) {
