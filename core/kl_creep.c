@@ -66,8 +66,9 @@ static void shen_hedrick_elkins(const struct kl_creep_lanes *in, struct kl_creep
  *     K_M = |eps_S| (d^3/3 - d^2/2 + 1/6) - (1 - d^2)^(3/2)/3,   d = (eps_S^2 - 1)/(eps_S^2 + 1)
  * for the lateral force of spin. With d put in, K_M = -2/3 eps_S/(1 + eps_S^2)^2, and the force is
  * p |y_C|/(s_C (1 + eps_S^2)^2) in the units of y: what follows. His creep coefficient c_jj takes
- * the direction of (s_x, s_y); here it is that of (s_x, s_yC), which is the same without spin and has
- * a limit where s_x and s_y are 0. The sum of both forces can be more than mu N, and is limited.
+ * the direction of (s_x, s_y); here it is that of (s_x, s_yC), which is the same without spin and
+ * has a limit where s_x and s_y are 0. The sum of both forces can be more than mu N, and is
+ * limited.
  */
 static void polach(const struct kl_creep_lanes *in, struct kl_creep_lanes_force *out) {
     const kl_lane one = kl_lane_all(KL_R(1));
@@ -94,10 +95,13 @@ static void polach(const struct kl_creep_lanes *in, struct kl_creep_lanes_force 
     out->t1 = -(t1 * limited);
     out->t2 = -(t2 * limited);
     out->m3 = moment(in, k * kl_lane_min(size * limited / linear, one));
-    /* a bound on the slopes: of the creep force, which turns with the slip and not with x and y, and
-     * of the force of spin */
+    /* a bound on the slopes: of the creep force, which turns with the slip and not with x and y,
+     * and falls as |y_C| grows, also where y is on the other side; and of the force of spin */
     const kl_lane skew = kl_lane_max(in->shape[5], KL_R(1) / in->shape[5]);
-    const kl_lane creep = skew * (KL_R(KL_PI / 4.0) * force / eps);
+    const kl_lane against =
+        kl_lane_max(-(in->y * (in->y + in->p * in->shape[3])), kl_lane_all(KL_R(0)));
+    const kl_lane creep =
+        skew * (KL_R(KL_PI / 4.0) * force / eps) * (KL_R(1) + against * (by * by));
     const kl_lane spins = kl_lane_abs(spin) * (by + KL_R(4) * in->shape[4] * (eps_s * fading));
     out->reduction = kl_lane_min(creep + spins, one);
 }

@@ -1,14 +1,15 @@
 /*
  * kl_creep.h - creep forces: the laws, the friction they depend on, the table of CONTACT's results.
  *
- * Signs and axes as in kl_contact.h: force on the wheel, creepage of the wheel relative to the rail.
+ * Signs and axes as in kl_contact.h: force on the wheel, creepage of the wheel relative to the
+ * rail.
  *
  * Every law but the linear one is a function of three normalised creepages and of the ratio of the
  * ellipse's axes, and gives forces over mu N:
  *     x = k f11 gamma1/(mu N),   y = k f22 gamma2/(mu N),   p = k f23 omega3/(mu N),
  *     f11 = f11_1 N^(2/3), f22 likewise, f23 = f23_1 N,   T1 = mu N t1(x, y, p), ...
- * so that t1 = -x, t2 = -(y + p) where the creepages are small. What depends on the ellipse is built
- * beforehand (struct kl_creep_row): a step needs no logarithm, no exponential and no search.
+ * so that t1 = -x, t2 = -(y + p) where the creepages are small. What depends on the ellipse is
+ * built beforehand (struct kl_creep_row): a step needs no logarithm, no exponential and no search.
  *
  *   LINEAR    Kalker; no limit
  *   SHE       Vermeulen-Johnson, with Shen, Hedrick and Elkins' (1983) reduction for spin
@@ -17,9 +18,10 @@
  *             the traction bound parabolic or elliptic; 
  *   TABLE     interpolated results of CONTACT, the complete half-space theory
  *
- * All of them: finite for every finite or infinite creepage, |T| <= mu N (1 + 1e-12), 0 at N = 0 and
- * continuous there, the mirror image and the reversal exact to the bit, a number of operations that
- * does not depend on the input. Energy: SHE never gives any; the others are not bound to that exactly.
+ * All of them: finite for every finite or infinite creepage, |T| <= mu N (1 + 1e-12), 0 at N = 0
+ * and continuous there, the mirror image and the reversal exact to the bit, a number of operations
+ * that does not depend on the input. Energy: SHE never gives any; the others are not bound to that
+ * exactly.
  */
 #ifndef KL_CREEP_H
 #define KL_CREEP_H
@@ -36,9 +38,10 @@ struct kl_material; /* kl_geometry.h */
 
 /*
  * The friction of one contact. It may change from step to step and from wheel to wheel.
- *     mu(w) = mu0 (A + (1 - A) e^(-B w)), w = V |(gamma1, gamma2)| the velocity of slip (Polach 2005)
- * k_A and k_S reduce the initial slope as a layer of water or oil does: Polach's law as he states it,
- * in the areas of adhesion and of slip; the others by (k_A + k_S)/2, which is the slope of his.
+ *     mu(w) = mu0 (A + (1 - A) e^(-B w)), w = V |(gamma1, gamma2)| the velocity of slip (Polach
+ *     2005)
+ * k_A and k_S reduce the initial slope as a layer of water or oil does: Polach's law as he states
+ * it, in the areas of adhesion and of slip; the others by (k_A + k_S)/2, which is the slope of his.
  * Usual (Polach 2005): dry mu0 0.55, A 0.40, B 0.60 s/m, k_A 1.00, k_S 0.40; wet 0.30, 0.40, 0.20,
  * 0.30, 0.10. Without any of that: A 1, B 0, k_A = k_S = 1.
  */
@@ -69,11 +72,11 @@ kl_real kl_friction_at(const struct kl_friction *friction, kl_real slip_m_s);
  * The results of CONTACT as they were computed: dimensionless forces over mu N and moment over
  * mu N c, c = sqrt(a b), on the wheel, at every node of a grid over
  *   ratio   a/b, rising
- *   spin    P = k p >= 0, k = sqrt(C11 C22)/C23 sqrt(max(a/b, b/a)): spin at the end of the longer axis
- *   creep   R = |(x, y)|/s >= 0, s = sqrt(1 + (alpha P)^2)
+ *   spin    P = k p >= 0, k = sqrt(C11 C22)/C23 sqrt(max(a/b, b/a)): spin at the end of the longer
+ *   axis creep   R = |(x, y)|/s >= 0, s = sqrt(1 + (alpha P)^2)
  *   angle   of (x, y), -90 to 90 degrees, evenly; the rest follows by symmetry
- * The last spin and the last creep are infinite (any value above 1e30), the first ones 0. At creep 0
- * the angle has no meaning and the forces are the same for all.
+ * The last spin and the last creep are infinite (any value above 1e30), the first ones 0. At creep
+ * 0 the angle has no meaning and the forces are the same for all.
  */
 struct kl_creep_table_def {
     uint32_t n_ratio; /* 2..KL_CREEP_MAX_RATIOS */
@@ -132,9 +135,9 @@ struct kl_creep_table {
 };
 
 /*
- * Makes a table in `arena`; the definition is not needed afterwards. KL_ERR_ARGUMENT, KL_ERR_CAPACITY
- * (too many nodes), KL_ERR_VALUE (nodes not rising, two in one bin, |F| > 1.001 mu N, not finite),
- * KL_ERR_MEMORY. Bound: about 1000 operations per node.
+ * Makes a table in `arena`; the definition is not needed afterwards. KL_ERR_ARGUMENT,
+ * KL_ERR_CAPACITY (too many nodes), KL_ERR_VALUE (nodes not rising, two in one bin, |F| > 1.001 mu
+ * N, not finite), KL_ERR_MEMORY. Bound: about 1000 operations per node.
  */
 enum kl_status kl_creep_table_build(const struct kl_creep_table_def *def, struct kl_arena *arena,
                                     struct kl_creep_table *table, struct kl_diag *diag);
@@ -159,9 +162,9 @@ enum kl_status kl_creep_table_check(const struct kl_creep_table *table);
 #define KL_CREEP_SHAPES 6
 
 /*
- * One row of what a lookup table holds per contact. Linear between rows. f11_1, f22_1, f23_1, f33_1 as
- * in struct kl_row; for TABLE with the coefficients of the table, which are right for it. Then, by
- * law (lengths at 1 N):
+ * One row of what a lookup table holds per contact. Linear between rows. f11_1, f22_1, f23_1, f33_1
+ * as in struct kl_row; for TABLE with the coefficients of the table, which are right for it. Then,
+ * by law (lengths at 1 N):
  *   LINEAR   -
  *   SHE      f23/f22 (m), f33/f23 (m), largest moment m0 c (m)
  *   POLACH   as SHE; then a C22/(c C23), 8/3 (b/c) (C23/C22)/(1 + 6.3 (1 - e^(-a/b))), C22/C11
@@ -199,7 +202,8 @@ struct kl_creep_contact {
 
 /*
  * The creep force under one law. `reduction` is 0..1 and, but for LINEAR, no less than any slope
- * -dT1/dgamma1/f11, -dT2/dgamma2/f22 that is not above 1 itself (for the integrator, which takes creep damping implicitly).
+ * -dT1/dgamma1/f11, -dT2/dgamma2/f22 that is not above 1 itself (for the integrator, which takes
+ * creep damping implicitly).
  * `table` is used by TABLE alone. NaN in the creepage counts as -1e9 times the linear limit. Bound:
  * constant; re-entrant. One wheel: a step does both of an axle at once by kl_lane_creep.
  */

@@ -7,12 +7,12 @@
  *     dp_x = -(3/8 x_n - 4/pi (b/a) p_n y) dx,   dp_y = -(3/8 y_n + 4/pi p_n x) dx,   |p| <= q,
  * with the flexibilities L1 = 8a/(3 G C11), L2 = 8a/(3 G C22), L3 = pi a^2/(4 G c C23) put in.
  * Tractions are those of the elements' middles. Where all sticks the slip between two middles is
- * integrated exactly; where all slides the traction must point against the slip at the middle itself,
- * half an element further on, or large spin leaves a lateral force that is not there. So the step is
- * taken as if it stuck, and by as much as the bound then cuts it the slip is turned on by half an
- * element. Strips are of equal width. The bound and the slips are scaled so that full sliding gives mu
- * N and full adhesion the linear theory on this very grid. A strip and its mirror image are added
- * first, which makes the mirrored contact the same to the bit.
+ * integrated exactly; where all slides the traction must point against the slip at the middle
+ * itself, half an element further on, or large spin leaves a lateral force that is not there. So
+ * the step is taken as if it stuck, and by as much as the bound then cuts it the slip is turned on
+ * by half an element. Strips are of equal width. The bound and the slips are scaled so that full
+ * sliding gives mu N and full adhesion the linear theory on this very grid. A strip and its mirror
+ * image are added first, which makes the mirrored contact the same to the bit.
  */
 #include "kl_creep_lanes.h"
 
@@ -44,7 +44,7 @@ static const kl_real circle[N] = {KL_R(0.4358898943540673), KL_R(0.7141428428542
 #define CIRCLE_SCALE 0.470536898761719    /* (3/(2 pi)) of L sqrt(1 - xi^2) */
 #define CREEP_SCALE 0.3731343283582089    /* (3/8) */
 #define ACROSS_SCALE 1.2669050196369778   /* (4/pi) */
-#define TURNING_SCALE 1.2713272698461986  /* (4/pi) */
+#define TURNING_SCALE 1.2650022585534313  /* (4/pi) */
 
 /* What a strip adds up to, per length of an element. */
 struct strip_sum {

@@ -48,8 +48,8 @@ static inline kl_lane kl_lane_friction(kl_lane mu0, kl_lane ratio, kl_lane decay
 }
 
 /*
- * Normalises. `linear1` is f11_1 gamma1 and so on; `by` = k/mu; inv_cbrt = N^(-1/3), N at least 1 (for
- * less than that the creepages count as at one newton, and the force goes with N).
+ * Normalises. `linear1` is f11_1 gamma1 and so on; `by` = k/mu; inv_cbrt = N^(-1/3), N at least 1
+ * (for less than that the creepages count as at one newton, and the force goes with N).
  */
 static inline void kl_lane_normalise(kl_lane linear1, kl_lane linear2, kl_lane linear3, kl_lane by,
                                      kl_lane inv_cbrt, struct kl_creep_lanes *in) {
@@ -59,8 +59,8 @@ static inline void kl_lane_normalise(kl_lane linear1, kl_lane linear2, kl_lane l
 }
 
 /*
- * The force under any law but LINEAR. x = k f11 gamma1/(mu N), y and p likewise; the forces are t1 mu
- * N, t2 mu N, m3 mu N N^(1/3). Bound: constant for each law.
+ * The force under any law but LINEAR. x = k f11 gamma1/(mu N), y and p likewise; the forces are t1
+ * mu N, t2 mu N, m3 mu N N^(1/3). Bound: constant for each law.
  */
 void kl_lane_creep(enum kl_creep_law law, const struct kl_creep_table *table,
                    const struct kl_creep_lanes *in, struct kl_creep_lanes_force *out);

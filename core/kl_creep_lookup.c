@@ -1,9 +1,11 @@
 /*
  * kl_creep_lookup.c - reads the creep-force table, both wheels at once.
  *
- * The coordinates and what follows from the result is done in lanes. Between them, wheel by wheel, the
- * sixteen nodes round the place are blended along the ratio and the spin, in float as they are stored:
- * neither changes much with the motion, and the last two coordinates, which do, are left to kl_real.
+ * The coordinates and what follows from the result is done in lanes. Between them, wheel by wheel,
+ * the sixteen nodes round the place are blended along the ratio and the spin, in float as they are
+ * stored:
+ * neither changes much with the motion, and the last two coordinates, which do, are left to
+ * kl_real.
  */
 #include "kl_creep_lanes.h"
 
@@ -142,14 +144,15 @@ static inline struct coordinates find(const struct kl_creep_table *table,
     /* the half of creepage space that is stored: spin >= 0, x >= 0; without spin also y >= 0, so
      * that the mirror image is the same to the bit */
     at.turn = one - kl_lane_positive_or_0(-kl_lane_if_0(in->p, in->y, in->p), two);
-    at.way = one - kl_lane_positive_or_0(-in->x, two);
+    at.way = kl_lane_if_0(in->x, kl_lane_all(KL_R(0)), one - kl_lane_positive_or_0(-in->x, two));
     const kl_lane x = at.way * in->x;
     const kl_lane y = at.turn * in->y;
     const kl_lane spin = in->shape[1] * (at.turn * in->p);
     const kl_lane bent = table->alpha * spin;
     const kl_lane s = kl_lane_sqrt(KL_R(1) + bent * bent);
     const kl_lane r = kl_lane_sqrt(x * x + y * y);
-    /* w = P/(P + beta), u = r/(r + gamma s), 1/(r + s) by one division; direction and t by another */
+    /* w = P/(P + beta), u = r/(r + gamma s), 1/(r + s) by one division; direction and t by another
+     * */
     const kl_lane u_below = r + table->gamma * s;
     const kl_lane w_below = spin + kl_lane_all(table->beta);
     const kl_lane by_1 = KL_R(1) / ((u_below * w_below) * (r + s));
@@ -186,8 +189,8 @@ void kl_lane_creep_table(const struct kl_creep_table *table, const struct kl_cre
     const kl_lane t1 = along * at.cosine - across * at.sine;
     const kl_lane t2 =
         (along * at.sine + across * at.cosine) + BOTH(reading, pure) * (faded * faded);
-    /* interpolation may pass mu N by some thousandths: with |T|^2 = 1 + e, 1 - e/2 is enough for any
-     * e up to 2, as (1 - e/2)^2 (1 + e) = 1 - 3/4 e^2 + e^3/4, and needs no root */
+    /* interpolation may pass mu N by some thousandths: with |T|^2 = 1 + e, 1 - e/2 is enough for
+     * any e up to 2, as (1 - e/2)^2 (1 + e) = 1 - 3/4 e^2 + e^3/4, and needs no root */
     const kl_lane excess = kl_lane_max((t1 * t1 + t2 * t2) - one, zero);
     const kl_lane limited = one - KL_R(0.5) * excess;
     out->t1 = at.way * (limited * t1);

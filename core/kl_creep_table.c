@@ -248,8 +248,8 @@ static double moved_pure(const struct nodes *nodes, uint32_t i, uint32_t j) {
     return f;
 }
 
-/* Sliding without end stays as it is, and so does the first node of the creep, which is the slope of
- * small creepages. */
+/* Sliding without end stays as it is, and so does the first node of the creep, which is the slope
+ * of small creepages. */
 static struct parts moved_rest(const struct nodes *nodes, struct spot s) {
     const struct kl_creep_table_def *def = nodes->def;
     struct parts moved = rest_at(nodes, s);
@@ -310,8 +310,8 @@ static void fill(const struct nodes *nodes, float *pure, float *rest) {
 
 /* ---- making: the bound on the slopes ---- */
 
-/* The largest of -dFx/dx, -dFy/dy, times r + s, at angle fraction `h` and creep end `e` of a cell whose
- * corners are q[angle][creep]. */
+/* The largest of -dFx/dx, -dFy/dy, times r + s, at angle fraction `h` and creep end `e` of a cell
+ * whose corners are q[angle][creep]. */
 static double slope_in(const struct nodes *nodes, double gamma, uint32_t k, uint32_t l, int e,
                        double h, const float *q[2][2], double pure) {
     const double width = nodes->u[k + 1] - nodes->u[k];

@@ -1,5 +1,5 @@
-/* cmd_creep.c - klingel creep: creep forces against creepage, the laws against CONTACT, the table as
- * C source. */
+/* cmd_creep.c - klingel creep: creep forces against creepage, the laws against CONTACT, the table
+ * as C source. */
 #include <ctype.h>
 #include <inttypes.h>
 #include <stdlib.h>

@@ -12,8 +12,8 @@ struct creep_file {
     void *memory;
 };
 
-/* Reads the file and builds the table; `compact` leaves out the nodes that the file's #COMPACT lines
- * name. 0, or -1 with "path:line: what is wrong" printed to `errors`. */
+/* Reads the file and builds the table; `compact` leaves out the nodes that the file's #COMPACT
+ * lines name. 0, or -1 with "path:line: what is wrong" printed to `errors`. */
 int creep_file_load(struct creep_file *file, const char *path, bool compact, FILE *errors);
 void creep_file_free(struct creep_file *file);
 
