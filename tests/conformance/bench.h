@@ -40,6 +40,7 @@ struct bench {
 
 extern const struct bench bench_virtual;
 extern const struct bench bench_slcan;
+extern const struct bench bench_slcan_pty;
 extern const struct bench bench_socketcand;
 extern const struct bench bench_socketcan;
 /* The same, opened with FD frames. */

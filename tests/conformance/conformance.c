@@ -1,6 +1,6 @@
 /*
  * conformance - holds CAN back ends to port/kl_can.h.
- * usage: conformance [--help] [BENCH ...]     BENCH: virtual | slcan | socketcand | socketcan[:INTERFACE]
+ * usage: conformance [--help] [BENCH ...]     BENCH: virtual | slcan | slcan-pty | socketcand | socketcan[:INTERFACE]
  * Without a BENCH: all that can run here. Exit status: 0 passed, 1 failed, 2 usage, 77 if a BENCH
  * that was asked for cannot run here and nothing failed.
  */
@@ -12,7 +12,8 @@
 
 #define STATUS_SKIPPED 77
 
-static const struct bench *const benches[] = {&bench_virtual, &bench_slcan, &bench_socketcand,
+static const struct bench *const benches[] = {&bench_virtual,   &bench_slcan,
+                                              &bench_slcan_pty, &bench_socketcand,
                                               &bench_socketcan, &bench_socketcan_fd};
 enum { BENCHES = sizeof benches / sizeof benches[0] };
 
@@ -46,7 +47,8 @@ int main(int argc, char **argv) {
     int skipped = 0;
     (void)setvbuf(stdout, NULL, _IOLBF, 0);
     if (argc > 1 && strcmp(argv[1], "--help") == 0) {
-        (void)printf("usage: conformance [virtual | slcan | socketcand | socketcan[:INTERFACE] | "
+        (void)printf("usage: conformance [virtual | slcan | slcan-pty | socketcand | "
+                     "socketcan[:INTERFACE] | "
                      "socketcan-fd[:INTERFACE]] ...\nHolds CAN back ends to port/kl_can.h; without "
                      "arguments all that can run here.\n");
         return 0;

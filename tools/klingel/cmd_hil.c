@@ -159,7 +159,8 @@ int cmd_hil(int argc, char **argv) {
          .kind = CLI_TEXT,
          .value = &a.bus,
          .help = "socketcand[:PORT]: a server on 127.0.0.1, port 29536 if none is given,\n"
-                 "any free one for 0; or a CAN interface such as vcan0; or auto\n"
+                 "any free one for 0; slcan[:PATH]: a pty that is used as an slcan adapter,\n"
+                 "linked from PATH; or a CAN interface such as vcan0; or auto\n"
                  "(default): vcan0 if there is one, else socketcand"},
         {.name = "--start",
          .kind = CLI_FLAG,
