@@ -81,6 +81,9 @@ static void read_tables(const struct kl_pair *restrict pair, const struct outboa
         KL_LANE(ride->rest, g) = h.second * (rate * rate) + h.slope * KL_LANE(out->rest, g);
         KL_LANE(axle->arm, g) = BETWEEN(cells, arm_m, g);
         KL_LANE(axle->radius, g) = BETWEEN(cells, radius_m, g);
+        KL_LANE(axle->carried, g) = BETWEEN(cells, carried, g);
+        KL_LANE(axle->sin_delta, g) = BETWEEN(cells, sin_delta, g);
+        KL_LANE(axle->cos_delta, g) = BETWEEN(cells, cos_delta, g);
         KL_LANE(axle->f11, g) = BETWEEN(cells, f11_1, g);
         KL_LANE(axle->f22, g) = BETWEEN(cells, f22_1, g);
         KL_LANE(axle->f23, g) = BETWEEN(cells, f23_1, g);
@@ -89,17 +92,21 @@ static void read_tables(const struct kl_pair *restrict pair, const struct outboa
 }
 
 /*
- * The contact plane, from how the constraint moves the wheelset: z_y + s arm phi_y = -s tan(delta) (1 - r phi_y). Between rows,
- * above all in the one in which a contact jumps, angles interpolated by themselves would contradict the heights, and the
- * wheels' forces the motion.
+ * The contact plane, from how the constraint moves the wheelset: z_y + s arm phi_y = -s tan(delta)
+ * (1 - r phi_y). Between rows, above all in the one in which a contact jumps, angles interpolated
+ * by themselves would contradict the heights, and the wheels' forces the motion. A contact that is
+ * carried along by the rail has the angle of its row on top.
  */
 static inline void find_contact_planes(struct kl_axle *axle) {
     KL_EACH_LANE(g) {
         const kl_lane s_z_y = kl_lane_of(axle->z_y, -axle->z_y, g);
         const kl_lane held = KL_R(1) - KL_LANE(axle->radius, g) * axle->phi_y;
-        const kl_lane tangent = -(s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
+        const kl_lane extra =
+            KL_LANE(axle->carried, g) * KL_LANE(axle->sin_delta, g) / KL_LANE(axle->cos_delta, g);
+        const kl_lane tangent = extra - (s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
         const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
         const kl_lane cos_delta = KL_R(1) / inv_cos;
+        KL_LANE(axle->extra, g) = extra;
         KL_LANE(axle->inv_cos, g) = inv_cos;
         KL_LANE(axle->cos_delta, g) = cos_delta;
         KL_LANE(axle->sin_delta, g) = tangent * cos_delta;
@@ -122,20 +129,34 @@ void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
     const kl_real place0 = track->value.lateral_m + r0 * track->value.cross_rad;
     const kl_real place1 = track->slope.lateral_m + r0 * track->slope.cross_rad;
     const kl_real place2 = track->second.lateral_m + r0 * track->second.cross_rad;
-    const kl_real u = axle->x[KL_WS_Y] - place0;
-    const kl_real u_rate = axle->rate[KL_WS_Y] - v * place1;
+    const kl_real whole = axle->x[KL_WS_Y] - place0;
+    const kl_real whole_rate = axle->rate[KL_WS_Y] - v * place1;
     const kl_real u_rest = -(r0 * cant_rest + (v2 * place2 + speed_rate_m_s2 * place1));
     const kl_real gauge = KL_R(0.5) * track->value.gauge_m;
     const kl_real gauge_rate = KL_R(0.5) * (v * track->slope.gauge_m);
     const kl_real gauge_rest =
         KL_R(0.5) * (v2 * track->second.gauge_m + speed_rate_m_s2 * track->slope.gauge_m);
+    /* a wheel off its rail rolls the axle, and that carries the other tread aside */
+    const kl_real lever = r0 * pair->inv_base_1_m;
+    const kl_real u = whole + lever * (axle->rise[KL_RIGHT] - axle->rise[KL_LEFT]);
+    const kl_real u_rate =
+        whole_rate + lever * (axle->rise_rate[KL_RIGHT] - axle->rise_rate[KL_LEFT]);
+    KL_EACH_LANE(g) {
+        KL_LANE(axle->outboard, g) = kl_lane_of(whole - gauge, -whole - gauge, g);
+        KL_LANE(axle->outboard_rate, g) =
+            kl_lane_of(whole_rate - gauge_rate, -whole_rate - gauge_rate, g);
+    }
     const struct outboard out = {{u - gauge, -u - gauge},
                                  {u_rate - gauge_rate, -u_rate - gauge_rate},
                                  {u_rest - gauge_rest, -u_rest - gauge_rest}};
     struct ride ride;
     read_tables(pair, &out, axle, &ride);
+    KL_EACH_LANE(g) {
+        KL_LANE(axle->height, g) = KL_LANE(ride.height, g) - KL_LANE(axle->rise, g);
+        KL_LANE(axle->height_rate, g) = KL_LANE(ride.rate, g) - KL_LANE(axle->rise_rate, g);
+    }
     /* the larger |w| of both sides; the comparison is also false for a NaN */
-    const int on_table = kl_abs_real(u) + kl_abs_real(gauge) <= pair->range_m;
+    const int on_table = kl_abs_real(whole) + kl_abs_real(gauge) <= pair->range_m;
     axle->faults = on_table ? 0u : (uint32_t)KL_FAULT_DERAILED;
 
     const kl_real inv_base = pair->inv_base_1_m;
@@ -144,14 +165,16 @@ void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
     axle->z_y = q_r * ride.slope[KL_RIGHT] - q_l * ride.slope[KL_LEFT];
     axle->phi_y = KL_SUM(ride.slope) * inv_base;
     find_contact_planes(axle);
-    axle->z = (q_r * ride.height[KL_RIGHT] + q_l * ride.height[KL_LEFT]) + track->value.vertical_m;
-    axle->z_rate =
-        (q_r * ride.rate[KL_RIGHT] + q_l * ride.rate[KL_LEFT]) + v * track->slope.vertical_m;
+    axle->z =
+        (q_r * axle->height[KL_RIGHT] + q_l * axle->height[KL_LEFT]) + track->value.vertical_m;
+    axle->z_rate = (q_r * axle->height_rate[KL_RIGHT] + q_l * axle->height_rate[KL_LEFT]) +
+                   v * track->slope.vertical_m;
     axle->z_rest = (q_r * ride.rest[KL_RIGHT] + q_l * ride.rest[KL_LEFT]) +
                    (v2 * track->second.vertical_m + speed_rate_m_s2 * track->slope.vertical_m);
-    axle->roll = (ride.height[KL_RIGHT] - ride.height[KL_LEFT]) * inv_base + track->value.cross_rad;
-    axle->roll_rate =
-        (ride.rate[KL_RIGHT] - ride.rate[KL_LEFT]) * inv_base + v * track->slope.cross_rad;
+    axle->roll =
+        (axle->height[KL_RIGHT] - axle->height[KL_LEFT]) * inv_base + track->value.cross_rad;
+    axle->roll_rate = (axle->height_rate[KL_RIGHT] - axle->height_rate[KL_LEFT]) * inv_base +
+                      v * track->slope.cross_rad;
     axle->roll_rest =
         (ride.rest[KL_RIGHT] - ride.rest[KL_LEFT]) * inv_base +
         ((v2 * track->second.cross_rad + speed_rate_m_s2 * track->slope.cross_rad) + cant_rest);
@@ -176,7 +199,9 @@ static void find_creepages(const struct kl_wheelset *restrict wheelset,
         const kl_lane spin = kl_lane_of(axle->x[KL_WS_SPIN], -axle->x[KL_WS_SPIN], g);
         const kl_lane r = KL_LANE(axle->radius, g);
         const kl_lane along = (speed - r * axle->x[KL_WS_SPIN]) - KL_LANE(axle->arm, g) * turn;
-        const kl_lane across = across_0 - r * axle->roll_rate;
+        const kl_lane with_rail = kl_lane_of(KL_R(1), KL_R(-1), g) *
+                                  (KL_LANE(axle->carried, g) * KL_LANE(axle->flange.rate, g));
+        const kl_lane across = (across_0 - r * axle->roll_rate) - with_rail;
         const kl_lane about = KL_LANE(axle->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
                               KL_LANE(axle->sin_delta, g) * spin;
         const kl_lane gamma1 = along * by;
@@ -216,8 +241,11 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
         const kl_lane s = KL_LANE(axle->sin_delta, g);
         const kl_lane c = KL_LANE(axle->cos_delta, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        const kl_lane gain = (KL_R(1) - r * axle->phi_y) * KL_LANE(axle->inv_cos, g);
+        const kl_lane held = KL_R(1) - r * axle->phi_y;
+        const kl_lane extra = KL_LANE(axle->extra, g);
+        const kl_lane gain = held * (KL_LANE(axle->inv_cos, g) - s * extra);
         KL_LANE(forces->gain, g) = gain;
+        KL_LANE(contacts->pulls, g) = -(sign * held * (c * extra));
         KL_LANE(lever, g) = arm * c - r * s;
         KL_LANE(down_by, g) = -(gain * z_part + sign * s);
         KL_LANE(roll_by, g) = -(gain * roll_part + (arm * s + r * c));
@@ -231,12 +259,52 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
         const kl_lane sign = kl_lane_of(inv, -inv, g);
         const kl_lane by_down = KL_OTHER(lever, g) * inv;
         const kl_lane by_roll = KL_OTHER(axle->cos_delta, g) * sign;
+        KL_LANE(contacts->by_down, g) = by_down;
+        KL_LANE(contacts->by_roll, g) = by_roll;
         KL_LANE(contacts->normal, g) = by_down * down + by_roll * roll;
         KL_LANE(contacts->own, g) = by_down * KL_LANE(down_by, g) + by_roll * KL_LANE(roll_by, g);
         KL_LANE(contacts->other, g) =
             by_down * KL_OTHER(down_by, g) + by_roll * KL_OTHER(roll_by, g);
-        KL_LANE(forces->normal, g) =
-            kl_lane_max(by_down * load->down + by_roll * guess, kl_lane_all(KL_R(0)));
+        KL_LANE(forces->normal, g) = by_down * load->down + by_roll * guess;
+        KL_LANE(contacts->backs, g) = by_down * z_part + by_roll * roll_part;
+    }
+    /* a normal force that pulls aside has its own inertia against it: N = N0 - backs (pulls N) */
+    kl_both pulled;
+    kl_both pulled_normal;
+    kl_both pulled_other;
+    KL_EACH_LANE(g) {
+        const kl_lane pulls = KL_LANE(contacts->pulls, g);
+        KL_LANE(pulled, g) = pulls * KL_LANE(contacts->backs, g);
+        KL_LANE(pulled_normal, g) = pulls * KL_LANE(contacts->normal, g);
+        KL_LANE(pulled_other, g) = pulls * KL_LANE(contacts->own, g) +
+                                   KL_OTHER(contacts->pulls, g) * KL_OTHER(contacts->other, g);
+    }
+    const kl_real share = KL_R(1) / (KL_R(1) + KL_SUM(pulled));
+    const kl_real normal = KL_SUM(pulled_normal);
+    KL_EACH_LANE(g) {
+        KL_LANE(contacts->backs, g) *= share;
+    }
+    KL_EACH_LANE(g) {
+        const kl_lane backs = KL_LANE(contacts->backs, g);
+        KL_LANE(contacts->normal, g) -= backs * normal;
+        KL_LANE(contacts->own, g) -= backs * KL_LANE(pulled_other, g);
+        KL_LANE(contacts->other, g) -= backs * KL_OTHER(pulled_other, g);
+    }
+}
+
+/* A wheel pushes its rail and never pulls it; one that is up does neither. */
+#define CARRIED(forces, n, g)                                                                      \
+    (KL_LANE((forces)->lifting.carries, g) * kl_lane_max(n, kl_lane_all(KL_R(0))))
+
+/* The first guess: where one wheel is up the other has all of the load. */
+static void guess_normals(struct kl_axle_forces *forces) {
+    kl_both guess;
+    KL_EACH_LANE(g) {
+        KL_LANE(guess, g) = KL_LANE(forces->normal, g);
+    }
+    KL_EACH_LANE(g) {
+        const kl_lane lost = KL_LANE(forces->lifting.by, g) * KL_OTHER(guess, g);
+        KL_LANE(forces->normal, g) = CARRIED(forces, KL_LANE(guess, g) - lost, g);
     }
 }
 
@@ -265,16 +333,6 @@ static inline void find_creep(struct kl_axle_forces *forces, int rounds) {
     }
 }
 
-static inline void find_normals(struct kl_axle_forces *forces) {
-    const struct kl_contacts *contacts = &forces->contacts;
-    KL_EACH_LANE(g) {
-        const kl_lane free =
-            KL_LANE(contacts->normal, g) + KL_LANE(contacts->own, g) * KL_LANE(forces->t2, g);
-        KL_LANE(forces->normal, g) = kl_lane_max(
-            free + KL_LANE(contacts->other, g) * KL_OTHER(forces->t2, g), kl_lane_all(KL_R(0)));
-    }
-}
-
 /* Coefficients for the normal force that the creep forces were found with, and the spin moment. */
 static void find_moments(const struct kl_wheelset *restrict wheelset,
                          const struct kl_axle *restrict axle,
@@ -300,8 +358,8 @@ static void find_moments(const struct kl_wheelset *restrict wheelset,
 }
 
 void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
-                     const struct kl_axle *restrict axle, const kl_real suspension[restrict 4],
-                     struct kl_axle_forces *restrict forces) {
+                     const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
+                     const kl_real suspension[restrict 4], struct kl_axle_forces *restrict forces) {
     const struct kl_track_point *track = &axle->track;
     struct kl_load *load = &forces->load;
     const kl_real m = wheelset->mass_kg;
@@ -317,11 +375,16 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
                  i_x * axle->roll_rest;
     load->yaw =
         (suspension[3] + wheelset->preload[3]) + gyro * (axle->roll_rate + v * track->cant_s_1_m);
+    load->drive = forces->torque_Nm;
+    kl_axle_flange_load(wheelset, axle, forces);
+    kl_axle_lift_prepare(wheelset, pair, axle, forces);
     load->free_y = load->lateral + (axle->z_y * load->down + axle->phi_y * load->roll);
     forces->inv_mass_1_kg =
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
     find_creepages(wheelset, axle, forces);
     prepare_normals(wheelset, axle, forces);
+    kl_axle_lift_reduce(wheelset, axle, forces);
+    guess_normals(forces);
 }
 
 /*
@@ -361,15 +424,16 @@ static inline void solve_normals(struct kl_axle_forces *forces) {
     KL_EACH_LANE(g) {
         const kl_lane solved =
             KL_LANE(known, g) * KL_OTHER(self, g) + KL_LANE(cross, g) * KL_OTHER(known, g);
-        KL_LANE(forces->normal, g) = kl_lane_max(solved * inv, kl_lane_all(KL_R(0)));
+        KL_LANE(forces->normal, g) = CARRIED(forces, solved * inv, g);
     }
 }
 
-void kl_axle_balance(struct kl_axle_forces *forces) {
+void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
+                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
     find_creep(forces, ESTIMATE_ROUNDS);
     solve_normals(forces);
     find_creep(forces, KL_CBRT_ROUNDS);
-    find_normals(forces);
+    kl_axle_lift_solve(wheelset, axle, forces);
 }
 
 void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_axle *restrict axle,
@@ -381,7 +445,8 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_a
     KL_EACH_LANE(g) {
         const kl_lane t1 = KL_LANE(forces->t1, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        KL_LANE(across, g) = KL_LANE(forces->t2, g) * KL_LANE(forces->gain, g);
+        KL_LANE(across, g) = KL_LANE(forces->t2, g) * KL_LANE(forces->gain, g) +
+                             KL_LANE(forces->normal, g) * KL_LANE(forces->contacts.pulls, g);
         KL_LANE(turn, g) = KL_LANE(forces->m3, g) * KL_LANE(axle->cos_delta, g) -
                            sign * (KL_LANE(axle->arm, g) * t1);
         KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1;
@@ -389,7 +454,7 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_a
     axle->rate[KL_WS_Y_RATE] = (forces->load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
     axle->rate[KL_WS_YAW_RATE] = (forces->load.yaw + KL_SUM(turn)) * wheelset->inv_yaw_1_kgm2;
     axle->rate[KL_WS_SPIN] =
-        (forces->torque_Nm - KL_SUM(drive)) * wheelset->inv_spin_1_kgm2 - axle->spin_drift;
+        (forces->load.drive - KL_SUM(drive)) * wheelset->inv_spin_1_kgm2 - axle->spin_drift;
 }
 
 void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
@@ -405,9 +470,16 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
         const kl_lane arm = KL_LANE(axle->arm, g);
         const kl_lane r = KL_LANE(axle->radius, g);
         const kl_lane f11 = KL_LANE(forces->f11_N, g);
-        KL_LANE(along, g) = by * KL_LANE(forces->f22_N, g) * (gain * gain);
-        KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(forces->f33_Nm2, g));
-        KL_LANE(spin, g) = by * f11 * (r * r);
+        KL_LANE(along, g) =
+            by * KL_LANE(forces->f22_N, g) * (gain * gain) * (KL_R(1) - KL_LANE(axle->carried, g));
+        /* of a flange the longitudinal creep alone: across it slides with the rail */
+        const kl_lane flange_f11 = KL_LANE(forces->flange.reduction, g) *
+                                   KL_LANE(forces->flange.f11_N, g) * forces->inv_creep_speed_s_m;
+        const kl_lane flange_arm = KL_LANE(axle->flange.arm, g);
+        const kl_lane flange_r = KL_LANE(axle->flange.radius, g);
+        KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(forces->f33_Nm2, g)) +
+                          flange_f11 * (flange_arm * flange_arm);
+        KL_LANE(spin, g) = by * f11 * (r * r) + flange_f11 * (flange_r * flange_r);
     }
     stiffness->y = KL_SUM(along) * forces->inv_mass_1_kg * step_s;
     stiffness->yaw = KL_SUM(yaw) * wheelset->inv_yaw_1_kgm2 * step_s;
@@ -416,50 +488,92 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
 
 /* ---- outputs ---- */
 
+static void write_tread(const struct kl_axle *axle, const struct kl_axle_forces *forces, int side,
+                        kl_real third, struct kl_contact_output *o) {
+    const struct kl_row *a = axle->cells.below[side];
+    const struct kl_row *b = a + 1;
+    const kl_real t = axle->cells.t[side];
+    o->normal_N = forces->normal[side];
+    o->t1_N = forces->t1[side];
+    o->t2_N = forces->t2[side];
+    o->m3_Nm = forces->m3[side];
+    o->gamma1 = forces->gamma1[side];
+    o->gamma2 = forces->gamma2[side];
+    o->omega3_1_m = forces->omega3[side];
+    o->reduction = forces->reduction[side];
+    o->radius_m = axle->radius[side];
+    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
+    o->eta_wheel_m = a->eta_wheel_m + t * (b->eta_wheel_m - a->eta_wheel_m);
+    o->eta_rail_m = a->eta_rail_m + t * (b->eta_rail_m - a->eta_rail_m);
+    o->semi_a_m = third * (a->semi_a_1 + t * (b->semi_a_1 - a->semi_a_1));
+    o->semi_b_m = third * (a->semi_b_1 + t * (b->semi_b_1 - a->semi_b_1));
+}
+
+static void write_flange(const struct kl_axle *axle, const struct kl_axle_forces *forces, int side,
+                         struct kl_contact_output *o) {
+    const struct kl_contact_forces *f = &forces->flange;
+    const struct kl_row *a = &axle->flange.row[side][0].contact;
+    const struct kl_row *b = &axle->flange.row[side][1].contact;
+    const kl_real t = axle->flange.t[side];
+    o->normal_N = f->normal[side];
+    o->t1_N = f->t1[side];
+    o->t2_N = f->t2[side];
+    o->m3_Nm = f->m3[side];
+    o->gamma1 = f->gamma1[side];
+    o->gamma2 = f->gamma2[side];
+    o->omega3_1_m = f->omega3[side];
+    o->reduction = f->reduction[side];
+    o->radius_m = axle->flange.radius[side];
+    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
+    o->eta_wheel_m = a->eta_wheel_m + t * (b->eta_wheel_m - a->eta_wheel_m);
+    o->eta_rail_m = a->eta_rail_m + t * (b->eta_rail_m - a->eta_rail_m);
+    o->semi_a_m = f->third[side] * (a->semi_a_1 + t * (b->semi_a_1 - a->semi_a_1));
+    o->semi_b_m = f->third[side] * (a->semi_b_1 + t * (b->semi_b_1 - a->semi_b_1));
+}
+
 void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
-                    struct kl_wheelset_output *output) {
-    const struct kl_cells *cells = &axle->cells;
+                    const struct kl_pair *pair, struct kl_wheelset_output *output) {
+    const struct kl_contact_forces *f = &forces->flange;
+    const struct kl_flange *flange = &axle->flange;
     kl_both q;
     kl_both y;
-    kl_both third; /* N^(1/3) */
+    kl_both third;  /* N^(1/3) */
+    kl_both lifted; /* upward acceleration of the centre by what the treads rise */
     output->track = axle->track;
     output->z_m = axle->z;
     output->roll_rad = axle->roll;
     output->y_acc_m_s2 = axle->rate[KL_WS_Y_RATE] +
                          axle->track.curvature_1_m * (forces->speed_m_s * forces->speed_m_s);
-    output->z_acc_m_s2 = axle->z_y * axle->rate[KL_WS_Y_RATE] + axle->z_rest;
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane n = KL_LANE(forces->normal, g);
         const kl_lane t2 = KL_LANE(forces->t2, g);
         const kl_lane root =
             kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
+        const kl_lane flange_q = KL_LANE(f->normal, g) * KL_LANE(flange->cos_delta, g) +
+                                 sign * (KL_LANE(f->t2, g) * KL_LANE(flange->sin_delta, g));
+        const kl_lane flange_y =
+            sign * KL_LANE(flange->push, g) - KL_LANE(f->t2, g) * KL_LANE(flange->cos_delta, g);
         KL_LANE(third, g) = n * (root * root);
-        KL_LANE(q, g) = n * KL_LANE(axle->cos_delta, g) + sign * (t2 * KL_LANE(axle->sin_delta, g));
+        KL_LANE(lifted, g) =
+            kl_lane_load(pair->share, g) * KL_LANE(forces->lifting.acceleration, g);
+        KL_LANE(q, g) =
+            (n * KL_LANE(axle->cos_delta, g) + sign * (t2 * KL_LANE(axle->sin_delta, g))) +
+            flange_q;
         /* on the rail: the opposite of what acts on the wheel */
-        KL_LANE(y, g) = sign * (n * KL_LANE(axle->sin_delta, g)) - t2 * KL_LANE(axle->cos_delta, g);
+        KL_LANE(y, g) =
+            (sign * (n * KL_LANE(axle->sin_delta, g)) - t2 * KL_LANE(axle->cos_delta, g)) +
+            flange_y;
     }
+    output->z_acc_m_s2 = (axle->z_y * axle->rate[KL_WS_Y_RATE] + axle->z_rest) - KL_SUM(lifted);
     for (int s = 0; s < KL_SIDES; s++) {
         struct kl_wheel_output *o = &output->wheel[s];
-        const struct kl_row *a = cells->below[s];
-        const struct kl_row *b = a + 1;
-        const kl_real t = cells->t[s];
-        o->normal_N = forces->normal[s];
         o->q_N = q[s];
         o->y_N = y[s];
-        o->t1_N = forces->t1[s];
-        o->t2_N = forces->t2[s];
-        o->m3_Nm = forces->m3[s];
-        o->gamma1 = forces->gamma1[s];
-        o->gamma2 = forces->gamma2[s];
-        o->omega3_1_m = forces->omega3[s];
-        o->reduction = forces->reduction[s];
-        o->radius_m = axle->radius[s];
-        o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
-        o->eta_wheel_m = a->eta_wheel_m + t * (b->eta_wheel_m - a->eta_wheel_m);
-        o->eta_rail_m = a->eta_rail_m + t * (b->eta_rail_m - a->eta_rail_m);
-        o->semi_a_m = third[s] * (a->semi_a_1 + t * (b->semi_a_1 - a->semi_a_1));
-        o->semi_b_m = third[s] * (a->semi_b_1 + t * (b->semi_b_1 - a->semi_b_1));
+        o->rise_m = axle->rise[s];
+        o->push_m = flange->overlap[s];
+        write_tread(axle, forces, s, third[s], &o->tread);
+        write_flange(axle, forces, s, &o->flange);
     }
     output->force_y_N = KL_SUM(y);
 }

@@ -25,6 +25,26 @@ struct kl_cells {
     kl_both t;
 };
 
+/*
+ * The flange contact of either wheel, where it may be: elastic, so that its force follows from the
+ * posture. The rail gives way aside by the overlap, and pushes back; the contact's normal force is
+ * what has that push for its lateral part.
+ */
+struct kl_flange {
+    const struct kl_flange_row *row[KL_SIDES]; /* at or above the ride height, and the next */
+    kl_both t;
+    kl_both arm;
+    kl_both radius;
+    kl_both sin_delta;
+    kl_both cos_delta;
+    kl_both inv_sin;
+    kl_both inv_cos;
+    kl_both reach;   /* radius tan(delta): times yaw, how far ahead of the axle it touches */
+    kl_both overlap; /* m, negative where the flange is clear */
+    kl_both rate;    /* of the overlap */
+    kl_both push;    /* N >= 0, inboard */
+};
+
 /* Where the wheelset is and how it moves. */
 struct kl_axle {
     struct kl_track_point track;
@@ -34,6 +54,8 @@ struct kl_axle {
     kl_both sin_delta;
     kl_both cos_delta;
     kl_both inv_cos;
+    kl_both extra;                 /* tangent of the contact plane beyond that of the motion */
+    kl_both carried;               /* by the rail, see kl_row */
     kl_both f11;                   /* per N^(2/3) */
     kl_both f22;                   /* per N^(2/3) */
     kl_both f23;                   /* per N */
@@ -42,7 +64,16 @@ struct kl_axle {
     kl_real
         rate[KL_WHEELSET_STATES]; /* of y and yaw: relative to the track; of Omega: besides V'/r0 */
     kl_real spin_drift;           /* V'/r0: what Omega does besides */
-    kl_real z;                    /* relative to the smooth track, positive down */
+    kl_both outboard;             /* displacement of the axle towards either rail */
+    kl_both outboard_rate;
+    kl_both height; /* ride height of either wheel over its rail, positive down */
+    kl_both height_rate;
+    kl_both rise; /* of the tread off the rail, >= 0 */
+    kl_both rise_rate;
+    kl_both up;      /* 1 where the tread is off the rail */
+    kl_both landing; /* upward acceleration that stops a wheel which reaches the rail */
+    struct kl_flange flange;
+    kl_real z; /* relative to the smooth track, positive down */
     kl_real z_rate;
     kl_real roll; /* relative to the smooth, canted track */
     kl_real roll_rate;
@@ -60,7 +91,11 @@ struct kl_contacts {
     kl_both linear2;
     kl_both linear3;    /* of spin, per N */
     kl_real limit_more; /* see kl_no_limit */
-    kl_both normal;     /* N = max(normal + own T2 + other T2 of the other side, 0) */
+    kl_both pulls;      /* what a unit of N adds to the lateral motion: 0 where N does no work */
+    kl_both backs;      /* by which the lateral motion changes N */
+    kl_both by_down;    /* N = by_down (what is down) + by_roll (what rolls) */
+    kl_both by_roll;
+    kl_both normal; /* N = max(normal + own T2 + other T2 of the other side, 0) */
     kl_both own;
     kl_both other;
     kl_both used; /* the N that the creep forces stand for, and its N^(-1/3) */
@@ -73,7 +108,43 @@ struct kl_load {
     kl_real down;
     kl_real roll;
     kl_real yaw;
+    kl_real drive;  /* about the axle */
     kl_real free_y; /* along the path that the tables prescribe */
+};
+
+/* The forces of a contact that are there before equilibrium is looked for. */
+struct kl_contact_forces {
+    kl_both normal;
+    kl_both gamma1;
+    kl_both gamma2;
+    kl_both omega3;
+    kl_both t1;
+    kl_both t2;
+    kl_both m3;
+    kl_both reduction;
+    kl_both f11_N; /* of the normal force, not reduced */
+    kl_both f22_N;
+    kl_both third; /* N^(1/3) */
+};
+
+/*
+ * A wheel is held down on its rail by its load alone. Its tread's rise e off the rail is a
+ * coordinate of its own, e >= 0, N >= 0, and one of both is zero; the normal forces grow with the
+ * upward accelerations e'' by a symmetric 2 x 2 matrix.
+ */
+struct kl_lifting {
+    kl_both down; /* what a unit of e'' adds to the loads */
+    kl_both roll;
+    kl_both free_y;
+    kl_both right; /* the right wheel's normal force by either e'' */
+    kl_both left;
+    kl_both normal; /* of kl_contacts, both wheels held on their rails */
+    kl_both own;
+    kl_both other;
+    kl_both by;      /* of the other wheel, which is up, in the equations of this one */
+    kl_both carries; /* 1 where the tread is on the rail when the step begins */
+    kl_both on;      /* and when it ends */
+    kl_both acceleration;
 };
 
 /* What acts on it, and what comes of it. */
@@ -86,6 +157,8 @@ struct kl_axle_forces {
     /* on the way */
     struct kl_load load;
     struct kl_contacts contacts;
+    struct kl_lifting lifting;
+    struct kl_contact_forces flange;
     /* results */
     kl_both normal;
     kl_both gamma1;
@@ -107,6 +180,34 @@ struct kl_axle_forces {
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
                      kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
 
+/* The flanges at that posture; the rate of climbing included. */
+void kl_axle_flange_posture(const struct kl_pair *restrict pair, struct kl_axle *restrict axle);
+
+/* Adds the flanges' forces to the loads. */
+void kl_axle_flange_load(const struct kl_wheelset *restrict wheelset,
+                         const struct kl_axle *restrict axle,
+                         struct kl_axle_forces *restrict forces);
+
+/* Carries the treads' rises on over the time h; before the posture. */
+void kl_axle_lift_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle);
+
+/* What lifting has to do with the loads, the estimates, and the normal forces in the end: before
+ * and after the parts of kl_axle_prepare, and after kl_axle_balance. */
+void kl_axle_lift_prepare(const struct kl_wheelset *restrict wheelset,
+                          const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
+                          struct kl_axle_forces *restrict forces);
+void kl_axle_lift_reduce(const struct kl_wheelset *restrict wheelset,
+                         const struct kl_axle *restrict axle,
+                         struct kl_axle_forces *restrict forces);
+void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
+                        const struct kl_axle *restrict axle,
+                        struct kl_axle_forces *restrict forces);
+
+/* The rises at the end of a step. */
+void kl_axle_lift_finish(const struct kl_axle *restrict axle,
+                         const struct kl_axle_forces *restrict forces, kl_real h,
+                         struct kl_lift *restrict lift);
+
 /*
  * Contact forces and accelerations from the suspension's y, z, roll and yaw, in three parts: what
  * is known before the normal forces; the normal forces, a long chain of operations that wait for
@@ -114,9 +215,10 @@ void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
  * the chains of several axles overlap.
  */
 void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
-                     const struct kl_axle *restrict axle, const kl_real suspension[restrict 4],
-                     struct kl_axle_forces *restrict forces);
-void kl_axle_balance(struct kl_axle_forces *forces);
+                     const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
+                     const kl_real suspension[restrict 4], struct kl_axle_forces *restrict forces);
+void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
+                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
 void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces);
 
@@ -136,6 +238,6 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
 
 /* Fills the outputs that belong to the wheels and the wheelset. */
 void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
-                    struct kl_wheelset_output *output);
+                    const struct kl_pair *pair, struct kl_wheelset_output *output);
 
 #endif

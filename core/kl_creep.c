@@ -154,7 +154,7 @@ struct kl_creep_force kl_creep_force(enum kl_creep_law law, const struct kl_cree
     const kl_real along = kl_clamp(g->gamma1, -most, most);
     const kl_real across = kl_clamp(g->gamma2, -most, most);
     const kl_real slip = kl_sqrt_real(along * along + across * across);
-    const kl_real mu = kl_friction_at(&c->friction, kl_min_real(c->speed_m_s, most) * slip);
+    const kl_real mu = kl_friction_at(&c->friction, kl_clamp(c->speed_m_s, KL_R(0), most) * slip);
     const kl_real k = KL_R(0.5) * (c->friction.k_a + c->friction.k_s);
     const kl_real by =
         (law == KL_CREEP_POLACH ? KL_R(1) : k) / kl_max_real(mu, KL_R(KL_LEAST_FRICTION));

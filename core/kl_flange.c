@@ -3,15 +3,16 @@
 
 #include "kl_math.h"
 
-/* One side at one height and roll. The level of a wheel's point on the rail is zeta_r = base +
- * zeta_w - turn eta_w. */
+/* One side at one height and roll, as in kl_tangency.c. A wheel's point (eta_w, zeta_w) stands on
+ * the rail's level base + zeta_w cosine - eta_w turn. */
 struct setting {
     const struct kl_contact_side *side;
     double base;
-    double turn;  /* phi_s, or 0 under the printed equations */
-    double lean;  /* phi_s */
-    double lever; /* radius by which the roll moves the contact aside, at zeta_w = 0 */
-    double lever_by_zeta;
+    double cosine;
+    double sine;
+    double turn;           /* sine, or 0 under the printed equations */
+    double radius;         /* that turns a point aside: at zeta_w = 0 */
+    double radius_by_zeta; /* and with zeta_w */
 };
 
 /* A point of the flange on the gauge face at its own level. */
@@ -25,12 +26,23 @@ struct meeting {
 
 static struct setting set(const struct kl_tangency *t, const struct kl_contact_side *side,
                           double height, double phi_s) {
-    const int rigid = t->kinematics == KL_KINEMATICS_RIGID;
-    const double turn = rigid ? phi_s : 0.0;
-    const struct setting s = {
-        side,  height + side->rise0_m + turn * side->eta0_m, turn,
-        phi_s, rigid ? side->radius_m : side->radius0_m,     rigid ? 1.0 : 0.0};
+    struct setting s = {side, height + side->rise0_m, 1.0, phi_s, 0.0, side->radius0_m, 0.0};
+    if (t->kinematics == KL_KINEMATICS_RIGID) {
+        const double cosine = kl_cos(phi_s);
+        const double sine = kl_sin(phi_s);
+        s.base += side->spacing_m * sine - (side->spacing_m - side->eta0_m) * phi_s -
+                  side->radius_m * (1.0 - cosine);
+        s.cosine = cosine;
+        s.sine = sine;
+        s.turn = sine;
+        s.radius = side->radius_m;
+        s.radius_by_zeta = 1.0;
+    }
     return s;
+}
+
+static double level_of(const struct setting *s, double eta_w, double zeta_w) {
+    return s->base + zeta_w * s->cosine - eta_w * s->turn;
 }
 
 /* First sample of the rail inboard of its top. */
@@ -43,20 +55,23 @@ static uint32_t gauge_side(const struct kl_contact_side *side) {
 }
 
 static double place_of(const struct setting *s, double eta_w, double zeta_w, double eta_r) {
-    return s->side->offset_m + eta_w - eta_r + s->lean * (s->lever + s->lever_by_zeta * zeta_w);
+    const double spacing = s->side->spacing_m;
+    return s->side->offset_m + spacing - (spacing - eta_w) * s->cosine - eta_r +
+           s->sine * (s->radius + s->radius_by_zeta * zeta_w);
 }
 
 /* The exact meeting of one point of the wheel, from a place on the rail nearby. */
 static struct meeting meet(const struct setting *s, double eta_w, double eta_r) {
     const struct kl_profile_point pw = kl_profile_at(&s->side->wheel, eta_w);
-    const double level = s->base + pw.zeta_m - s->turn * eta_w;
+    const double level = level_of(s, eta_w, pw.zeta_m);
     struct kl_profile_point pr = kl_profile_at(&s->side->rail, eta_r);
     for (int i = 0; i < 4 && pr.slope > 1e-3; i++) {
         eta_r -= (pr.zeta_m - level) / pr.slope;
         pr = kl_profile_at(&s->side->rail, eta_r);
     }
     const struct meeting m = {eta_w, eta_r, place_of(s, eta_w, pw.zeta_m, eta_r), pr.slope,
-                              1.0 + s->turn * pw.slope - (pw.slope - s->turn) / pr.slope};
+                              s->cosine + s->turn * pw.slope -
+                                  (pw.slope * s->cosine - s->turn) / pr.slope};
     return m;
 }
 
@@ -97,7 +112,7 @@ int kl_flange_solve(const struct kl_tangency *t, enum kl_side side_index, double
     for (uint32_t i = side->flange_at; i < KL_WHEEL_SAMPLES; i++) {
         const double eta_w = side->wheel.eta_min_m + side->wheel_step_m * (double)i;
         const double zeta_w = side->wheel_zeta[i];
-        const double level = s.base + zeta_w - s.turn * eta_w;
+        const double level = level_of(&s, eta_w, zeta_w);
         if (level < before) {
             break; /* beyond the tip */
         }

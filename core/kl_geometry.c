@@ -60,6 +60,7 @@ static void set_row(const struct kl_tangency *t, enum kl_side s, const struct pl
     row->curv_rail_1_m = (kl_real)curv_r;
     /* half the relative curvatures; a conformal contact is limited by kl_hertz */
     const double across = 0.5 * (curv_r - curv_w);
+    row->carried = KL_R(0);
     set_contact_coefficients(row, 0.5 * cos_w / radius, across > 1e-6 ? across : 1e-6,
                              &t->material);
 }
@@ -289,7 +290,7 @@ static double overlap_at(const struct kl_flange_table *table, const struct kl_pa
                          double height) {
     kl_real t;
     const struct kl_flange_row *row = flange_row(table, pair->inv_step_1_m, (kl_real)height, &t);
-    return w - (double)kl_flange_place(row, t, pair->step_m).value;
+    return w - (double)kl_flange_place(row, t, pair->step_m, pair->inv_step_1_m).value;
 }
 
 static void no_flange(struct kl_flange_row rows[2]) {
@@ -297,7 +298,8 @@ static void no_flange(struct kl_flange_row rows[2]) {
         const struct kl_flange_row blank = {0};
         rows[i] = blank;
         rows[i].place_m = KL_R(OUT_OF_REACH_M);
-        rows[i].contact.sin_delta = KL_R(1);
+        rows[i].contact.sin_delta = KL_R(1); /* any angle that can be divided by */
+        rows[i].contact.cos_delta = KL_R(1);
         rows[i].contact.radius_m = KL_R(1);
     }
 }
@@ -375,6 +377,7 @@ static void build_flanges(const struct kl_pair_def *def, const struct kl_tangenc
         if (n == 0) {
             no_flange(rows);
             n = 2;
+            top = -OUT_OF_REACH_M;
         }
         table->rows = rows;
         table->n_rows = n;
@@ -383,26 +386,24 @@ static void build_flanges(const struct kl_pair_def *def, const struct kl_tangenc
     }
 }
 
-/* Where the rigid contact goes over to the flange: the last jump of a side, if the contact point
- * leaps there. */
-static void find_flange_jump(const struct kl_pair *pair, enum kl_side s,
-                             struct kl_side_table *table) {
+/* The displacement at which a side's flange touches while it rides on its tread; the table's end
+ * where it does not. */
+static double find_touch(const struct kl_pair *pair, enum kl_side s) {
     const struct kl_flange_table *flange = &pair->flange[s];
-    double low = -1.0;
-    double high = -1.0;
-    for (uint32_t i = 1; i <= 2u * pair->half && high < 0.0; i++) {
+    const struct kl_side_table *table = &pair->side[s];
+    double low = -(double)pair->range_m;
+    double high = (double)pair->range_m;
+    for (uint32_t i = 0; i <= 2u * pair->half; i++) {
         const double w = (double)pair->step_m * ((double)i - (double)pair->half);
         if (overlap_at(flange, pair, w, (double)table->rows[i].height_m) > 0.0) {
             high = w;
-            low = w - (double)pair->step_m;
+            break;
         }
+        low = w;
     }
-    if (high < 0.0) {
-        return;
-    }
-    struct kl_row tread = {0};
-    for (int i = 0; i < 24; i++) {
+    for (int i = 0; i < 40 && low < high; i++) {
         const double w = 0.5 * (low + high);
+        struct kl_row tread;
         read_row(pair, table, (kl_real)w, &tread);
         if (overlap_at(flange, pair, w, (double)tread.height_m) > 0.0) {
             high = w;
@@ -410,20 +411,56 @@ static void find_flange_jump(const struct kl_pair *pair, enum kl_side s,
             low = w;
         }
     }
+    return high;
+}
+
+/* From where the flange touches, the tread's contact moves with the rail and so stays as it is. */
+static void hold_tread(const struct kl_pair *pair, enum kl_side s, double touch,
+                       struct kl_row *rows) {
+    struct kl_row held;
+    read_row(pair, &pair->side[s], (kl_real)touch, &held);
+    held.height_w = KL_R(0);
+    held.carried = KL_R(1);
+    for (uint32_t i = 0; i <= 2u * pair->half; i++) {
+        if ((double)pair->step_m * ((double)i - (double)pair->half) > touch) {
+            rows[i] = held;
+        }
+    }
+}
+
+/* The jump from the tread to the flange is a side's last, if the contact point leaps there. */
+static void set_flange_jump(const struct kl_pair *pair, enum kl_side s, double touch,
+                            struct kl_side_table *table) {
+    struct kl_row tread;
     kl_real t;
-    const struct kl_flange_row *row = flange_row(flange, pair->inv_step_1_m, tread.height_m, &t);
+    read_row(pair, table, (kl_real)touch, &tread);
+    const struct kl_flange_row *row =
+        flange_row(&pair->flange[s], pair->inv_step_1_m, tread.height_m, &t);
     const kl_real eta =
         row[0].contact.eta_wheel_m + t * (row[1].contact.eta_wheel_m - row[0].contact.eta_wheel_m);
     uint32_t kept = 0;
-    while (kept < table->n_jumps && kept < KL_MAX_JUMPS && table->jumps[kept].w_m < high) {
+    while (kept < table->n_jumps && kept < KL_MAX_JUMPS && table->jumps[kept].w_m < touch) {
         kept++;
     }
     table->n_jumps = kept;
-    const struct kl_jump jump = {high, (double)tread.eta_wheel_m, (double)eta};
+    const struct kl_jump jump = {touch, (double)tread.eta_wheel_m, (double)eta};
     if (kept < KL_MAX_JUMPS && jump.eta_after_m - jump.eta_before_m > 0.2 * JUMP_THRESHOLD_M) {
         table->jumps[kept] = jump;
         table->n_jumps++;
     }
+}
+
+/* Jumps on the tread, and where the flange comes in. */
+static enum kl_status finish_side(const struct kl_pair_def *def, const struct kl_tangency *t,
+                                  const struct tables *tables, enum kl_side s, struct kl_pair *pair,
+                                  struct kl_diag *diag) {
+    const enum kl_status status = find_jumps(def, t, tables, s, &pair->side[s], diag);
+    const double touch = find_touch(pair, s);
+    if (status == KL_OK && touch < (double)pair->range_m) {
+        set_flange_jump(pair, s, touch, &pair->side[s]);
+        hold_tread(pair, s, touch, tables->rows[s]);
+    }
+    return status;
 }
 
 static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct kl_arena *arena,
@@ -451,13 +488,17 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
     }
     for (int s = 0; s < KL_SIDES && status == KL_OK; s++) {
         if (t.symmetric && s == KL_LEFT) {
-            pair->side[KL_LEFT].n_jumps = pair->side[KL_RIGHT].n_jumps;
+            const struct kl_side_table *right = &pair->side[KL_RIGHT];
+            struct kl_side_table *left = &pair->side[KL_LEFT];
+            left->n_jumps = right->n_jumps;
             for (uint32_t i = 0; i < KL_MAX_JUMPS; i++) {
-                pair->side[KL_LEFT].jumps[i] = pair->side[KL_RIGHT].jumps[i];
+                left->jumps[i] = right->jumps[i];
+            }
+            for (uint32_t i = 0; i <= 2u * tables->half; i++) {
+                tables->rows[KL_LEFT][i] = tables->rows[KL_RIGHT][i];
             }
         } else {
-            status = find_jumps(def, &t, tables, (enum kl_side)s, &pair->side[s], diag);
-            find_flange_jump(pair, (enum kl_side)s, &pair->side[s]);
+            status = finish_side(def, &t, tables, (enum kl_side)s, pair, diag);
         }
     }
     arena->used = kept;
@@ -528,6 +569,7 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
     for (int s = 0; s < KL_SIDES; s++) {
         pair->flange[s].rows = rows;
         pair->flange[s].n_rows = 2;
+        pair->flange[s].top_m = KL_R(-OUT_OF_REACH_M);
     }
     pair->base_m = (kl_real)(2.0 * def->half_base_m);
     pair->inv_base_1_m = (kl_real)(0.5 / def->half_base_m);

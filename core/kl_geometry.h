@@ -117,13 +117,19 @@ struct kl_row {
     kl_real curv_rail_1_m;  /* transverse curvature, positive for a convex head */
     kl_real semi_a_1;       /* Hertz semi-axis along the rail at 1 N; a = semi_a_1 N^(1/3) */
     kl_real semi_b_1;       /* Hertz semi-axis across the rail at 1 N */
+    kl_real
+        carried; /* 1 from where the flange pushes the rail: this contact then moves with the rail,
+                        its height stays and its plane is that of delta; else 0 */
 };
 
 /*
- * One row of a flange's table, at one ride height H of its wheel. A flange is the part of the wheel
- * that is steeper than KL_FLANGE_ANGLE_RAD; it is a contact of its own, beside that of the tread.
+ * One row of a flange's table, at one ride height H of its wheel. The flange is the part of a wheel
+ * that is within KL_FLANGE_SPREAD_RAD of its steepest, if that is at least KL_FLANGE_LEAST_RAD. It
+ * is a contact of its own, beside that of the tread. From where it touches it pushes the rail
+ * aside, and the tread with it: there the tread's contact stays where it is, on its plane.
  */
-#define KL_FLANGE_ANGLE_RAD 0.96
+#define KL_FLANGE_LEAST_RAD 0.7
+#define KL_FLANGE_SPREAD_RAD 0.175
 /* Lateral stiffness and damping between rail and sleeper, as in the track of the Manchester benchmarks for rail vehicle
  * simulation (Iwnicki 1998). */
 #define KL_FLANGE_STIFFNESS_N_M 43e6

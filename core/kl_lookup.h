@@ -42,17 +42,20 @@ static inline struct kl_hermite kl_hermite(const struct kl_row *a, const struct 
     return h;
 }
 
-/* Where a flange touches, from its row and the next: `slope` is -dW/dH, rows going upwards. */
+/* Where a flange touches, between its rows a and b, the next upwards: `slope` is -dW/dH. */
+static inline struct kl_lane_hermite kl_lane_flange_place(kl_lane a, kl_lane a_h, kl_lane b,
+                                                          kl_lane b_h, kl_lane t, kl_real step_m,
+                                                          kl_real inv_step_1_m) {
+    return kl_lane_hermite(a, -a_h, b, -b_h, t, step_m, inv_step_1_m);
+}
+
 static inline struct kl_hermite kl_flange_place(const struct kl_flange_row *row, kl_real t,
-                                                kl_real step_m) {
-    const kl_real rise = row[1].place_m - row[0].place_m;
-    const kl_real m0 = -(step_m * row[0].place_h);
-    const kl_real m1 = -(step_m * row[1].place_h);
-    const kl_real c2 = ((kl_real)3 * rise - (kl_real)2 * m0) - m1;
-    const kl_real c3 = (m0 + m1) - (kl_real)2 * rise;
-    const struct kl_hermite h = {row[0].place_m + t * (m0 + t * (c2 + t * c3)),
-                                 (m0 + t * ((kl_real)2 * c2 + (kl_real)3 * t * c3)) / step_m,
-                                 (kl_real)0};
+                                                kl_real step_m, kl_real inv_step_1_m) {
+    const struct kl_lane_hermite both = kl_lane_flange_place(
+        kl_lane_all(row[0].place_m), kl_lane_all(row[0].place_h), kl_lane_all(row[1].place_m),
+        kl_lane_all(row[1].place_h), kl_lane_all(t), step_m, inv_step_1_m);
+    const struct kl_hermite h = {kl_lane_first(both.value), kl_lane_first(both.slope),
+                                 kl_lane_first(both.second)};
     return h;
 }
 

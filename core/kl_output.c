@@ -38,7 +38,7 @@ void kl_write_output(const struct kl_model *model, const struct kl_state *state,
         const struct kl_axle *axle = &e->axle[w];
         struct kl_wheelset_output *o = &output->wheelset[w];
         const struct kl_pair *pair = &model->pairs[model->wheelsets[w].pair];
-        kl_axle_output(axle, &e->forces[w], o);
+        kl_axle_output(axle, &e->forces[w], pair, o);
         o->y_m = x[KL_WS_Y];
         o->yaw_rad = x[KL_WS_YAW];
         o->spin_rad_s = x[KL_WS_SPIN];

@@ -140,7 +140,9 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
         struct kl_axle *axle = &e->axle[w];
         carry_wheelset(pair, from, first, stage, axle);
         first += KL_WHEELSET_STATES;
+        kl_axle_lift_carry(&from->lift[w], from->h, axle);
         kl_axle_posture(pair, v, stage->speed_rate_m_s2, axle);
+        kl_axle_flange_posture(pair, axle);
         e->faults |= axle->faults;
         const struct offsets o =
             offsets_at(&axle->track, &e->reference, wheelset->x_m, -pair->radius_m, v);
@@ -208,13 +210,13 @@ static void load_wheelsets(const struct kl_model *model, const struct kl_stage *
             KL_LANE(f->friction, g) =
                 wheelset->creep.friction * kl_lane_load(input->friction_factor[w], g);
         }
-        kl_axle_prepare(wheelset, &e->axle[w], acting, f);
+        kl_axle_prepare(wheelset, &model->pairs[wheelset->pair], &e->axle[w], acting, f);
     }
 }
 
 static void move_wheelsets(const struct kl_model *model, struct kl_evaluation *e) {
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        kl_axle_balance(&e->forces[w]);
+        kl_axle_balance(&model->wheelsets[w], &e->axle[w], &e->forces[w]);
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_axle_forces *f = &e->forces[w];
@@ -245,7 +247,7 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     struct motions motions;
     kl_real force[KL_MAX_COORDINATES];
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-    const struct kl_origin here = {state->x, state->rate, KL_R(0)};
+    const struct kl_origin here = {state->x, state->rate, state->lift, KL_R(0)};
     e.faults = 0;
     read_track(model, &stage, &e);
     place_bodies(model, &here, &stage, &e, &motions);
@@ -276,6 +278,10 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
         twice += ws->mass_kg * (p * p + axle->z_rate * axle->z_rate) +
                  ws->inertia_roll_kgm2 * (axle->roll_rate * axle->roll_rate) +
                  ws->inertia_yaw_kgm2 * (yaw * yaw) + ws->inertia_spin_kgm2 * (spin * spin);
+        for (int s = 0; s < KL_SIDES; s++) {
+            const kl_real push = kl_max_real(axle->flange.overlap[s], KL_R(0));
+            twice += model->pairs[ws->pair].flange_stiffness_N_m * (push * push);
+        }
         const kl_real down = ws->preload[1] + ws->mass_kg * model->gravity_m_s2;
         twice -=
             KL_R(2) * ((down * axle->z + ws->preload[2] * axle->roll) +

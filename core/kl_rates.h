@@ -37,6 +37,7 @@ struct kl_evaluation {
 struct kl_origin {
     const kl_real *x;
     const kl_real *rate;
+    const struct kl_lift *lift;
     kl_real h;
 };
 

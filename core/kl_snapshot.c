@@ -56,6 +56,37 @@ static uint64_t hash_word(uint64_t hash, uint64_t word) {
     return kl_hash_bytes(hash, bytes, sizeof bytes);
 }
 
+/* States, their rates and the lifts, in one row. */
+#define LIFT_WORDS (2u * KL_SIDES)
+static uint32_t count_words(uint32_t n_states, uint32_t n_wheelsets) {
+    return 2u * n_states + LIFT_WORDS * n_wheelsets;
+}
+
+static kl_real *word_at(struct kl_state *state, uint32_t i) {
+    const uint32_t n = state->n_states;
+    if (i < n) {
+        return &state->x[i];
+    }
+    if (i < 2u * n) {
+        return &state->rate[i - n];
+    }
+    const uint32_t k = i - 2u * n;
+    struct kl_lift *lift = &state->lift[k / LIFT_WORDS];
+    const uint32_t field = k % LIFT_WORDS;
+    return field < KL_SIDES ? &lift->rise_m[field] : &lift->rate_m_s[field - KL_SIDES];
+}
+
+static kl_real value_at(const struct kl_state *state, uint32_t i) {
+    const uint32_t n = state->n_states;
+    if (i < 2u * n) {
+        return i < n ? state->x[i] : state->rate[i - n];
+    }
+    const uint32_t k = i - 2u * n;
+    const struct kl_lift *lift = &state->lift[k / LIFT_WORDS];
+    const uint32_t field = k % LIFT_WORDS;
+    return field < KL_SIDES ? lift->rise_m[field] : lift->rate_m_s[field - KL_SIDES];
+}
+
 uint64_t kl_state_hash(const struct kl_state *state) {
     uint64_t h = KL_HASH_SEED;
     h = hash_word(h, state->tick);
@@ -63,11 +94,9 @@ uint64_t kl_state_hash(const struct kl_state *state) {
     h = hash_word(h, ((uint64_t)state->faults << 32) | state->n_states);
     h = hash_word(h, word_of(state->s_m));
     h = hash_word(h, word_of(state->speed_m_s));
-    for (uint32_t i = 0; i < state->n_states; i++) {
-        h = hash_word(h, word_of(state->x[i]));
-    }
-    for (uint32_t i = 0; i < state->n_states; i++) {
-        h = hash_word(h, word_of(state->rate[i]));
+    const uint32_t n = count_words(state->n_states, KL_MAX_WHEELSETS);
+    for (uint32_t i = 0; i < n; i++) {
+        h = hash_word(h, word_of(value_at(state, i)));
     }
     return h;
 }
@@ -78,7 +107,8 @@ enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *
         state->n_states != model->n_states) {
         return KL_ERR_ARGUMENT;
     }
-    const size_t need = 8u * (HEADER_WORDS + 2u * (size_t)state->n_states + 1u);
+    const uint32_t n = count_words(model->n_states, model->n_wheelsets);
+    const size_t need = 8u * (HEADER_WORDS + (size_t)n + 1u);
     if (size_bytes < need) {
         return KL_ERR_MEMORY;
     }
@@ -89,9 +119,8 @@ enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *
     put(buffer + 32, ((uint64_t)state->faults << 32) | state->n_states);
     put(buffer + 40, word_of(state->s_m));
     put(buffer + 48, word_of(state->speed_m_s));
-    for (uint32_t i = 0; i < state->n_states; i++) {
-        put(buffer + 8u * (HEADER_WORDS + i), word_of(state->x[i]));
-        put(buffer + 8u * (HEADER_WORDS + state->n_states + i), word_of(state->rate[i]));
+    for (uint32_t i = 0; i < n; i++) {
+        put(buffer + 8u * (HEADER_WORDS + i), word_of(value_at(state, i)));
     }
     put(buffer + need - 8u, kl_hash_bytes(KL_HASH_SEED, buffer, need - 8u));
     *used_bytes = need;
@@ -103,7 +132,8 @@ enum kl_status kl_restore(const struct kl_model *model, struct kl_state *state,
     if (model == NULL || state == NULL || buffer == NULL) {
         return KL_ERR_ARGUMENT;
     }
-    const size_t need = 8u * (HEADER_WORDS + 2u * (size_t)model->n_states + 1u);
+    const uint32_t n = count_words(model->n_states, model->n_wheelsets);
+    const size_t need = 8u * (HEADER_WORDS + (size_t)n + 1u);
     if (used_bytes != need || get(buffer) != MAGIC || get(buffer + 8) != model->hash ||
         (uint32_t)get(buffer + 32) != model->n_states ||
         get(buffer + need - 8u) != kl_hash_bytes(KL_HASH_SEED, buffer, need - 8u)) {
@@ -117,9 +147,8 @@ enum kl_status kl_restore(const struct kl_model *model, struct kl_state *state,
     state->n_states = model->n_states;
     state->s_m = real_of(get(buffer + 40));
     state->speed_m_s = real_of(get(buffer + 48));
-    for (uint32_t i = 0; i < model->n_states; i++) {
-        state->x[i] = real_of(get(buffer + 8u * (HEADER_WORDS + i)));
-        state->rate[i] = real_of(get(buffer + 8u * (HEADER_WORDS + model->n_states + i)));
+    for (uint32_t i = 0; i < n; i++) {
+        *word_at(state, i) = real_of(get(buffer + 8u * (HEADER_WORDS + i)));
     }
     return KL_OK;
 }

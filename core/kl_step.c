@@ -140,7 +140,7 @@ void kl_rates(const struct kl_model *model, const struct kl_state *state,
     struct kl_input kept;
     (void)check_input(model, state, input, &kept);
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-    const struct kl_origin here = {state->x, state->rate, KL_R(0)};
+    const struct kl_origin here = {state->x, state->rate, state->lift, KL_R(0)};
     kl_evaluate(model, &here, &stage, &kept, &e);
     write_rates(model, &e, rates);
     if (output != NULL) {
@@ -233,6 +233,7 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         finish_wheelset(model, e, w, x, rate);
+        kl_axle_lift_finish(&e->axle[w], &e->forces[w], h, &state->lift[w]);
         x += KL_WHEELSET_STATES;
         rate += KL_WHEELSET_STATES;
     }
@@ -264,6 +265,11 @@ static int is_sound(const struct kl_model *model, const struct kl_evaluation *e)
         const kl_real spin = axle->x[KL_WS_SPIN];
         const kl_real spin_rate = axle->rate[KL_WS_SPIN];
         sum += kl_lane_all(spin * spin + spin_rate * spin_rate);
+        KL_EACH_LANE(g) {
+            const kl_lane rise = KL_LANE(axle->rise, g);
+            const kl_lane up = KL_LANE(e->forces[w].lifting.acceleration, g);
+            sum += rise * rise + up * up;
+        }
     }
     return kl_lane_is_0(sum - sum);
 }
@@ -275,7 +281,7 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state) {
     struct kl_input input;
     kl_input_init(&input);
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-    const struct kl_origin here = {state->x, state->rate, KL_R(0)};
+    const struct kl_origin here = {state->x, state->rate, state->lift, KL_R(0)};
     kl_evaluate(model, &here, &stage, &input, &e);
     write_rates(model, &e, state->rate);
     const uint32_t first = kl_wheelset_states(model);
@@ -317,7 +323,7 @@ uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const str
     const kl_real v = state->speed_m_s + change;
     const struct kl_stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v)), v,
                                  change / h};
-    const struct kl_origin from = {state->x, state->rate, h};
+    const struct kl_origin from = {state->x, state->rate, state->lift, h};
     kl_evaluate(model, &from, &end, &kept, &e);
     faults |= e.faults;
     const int sound = is_sound(model, &e) && kl_finite_real(end.s_m);

@@ -34,6 +34,13 @@ enum kl_fault {
 /* Faults that stop the motion: the last good state is held, ticks go on. */
 #define KL_FAULTS_HOLD ((uint32_t)KL_FAULT_NONFINITE | (uint32_t)KL_FAULT_DERAILED)
 
+/* How far the treads of a wheelset are off their rails, upwards, and how fast: zero in ordinary
+ * running, above while a wheel jumps or its flange climbs. */
+struct kl_lift {
+    kl_real rise_m[KL_SIDES]; /* >= 0 */
+    kl_real rate_m_s[KL_SIDES];
+};
+
 /* Plain data without pointers: a copy is a snapshot. */
 struct kl_state {
     uint64_t tick;       /* steps since kl_init */
@@ -46,6 +53,7 @@ struct kl_state {
     kl_real
         rate[KL_MAX_STATES]; /* with which x goes on; of y', psi' and Omega of a wheelset the part
                                     that its creep does not stop (see kl_step) */
+    struct kl_lift lift[KL_MAX_WHEELSETS];
 };
 
 struct kl_input {
@@ -57,10 +65,9 @@ struct kl_input {
         side_force_N[KL_MAX_BODIES]; /* lateral force at a body's centre of mass, positive right */
 };
 
-struct kl_wheel_output {
+/* One contact of a wheel. */
+struct kl_contact_output {
     kl_real normal_N; /* N >= 0 */
-    kl_real q_N;      /* vertical wheel load on the rail, Q */
-    kl_real y_N;      /* lateral force of the wheel ON THE RAIL, positive right */
     kl_real t1_N;     /* longitudinal creep force on the wheel */
     kl_real t2_N;     /* lateral creep force on the wheel, in the contact plane */
     kl_real m3_Nm;
@@ -74,6 +81,16 @@ struct kl_wheel_output {
     kl_real eta_rail_m;
     kl_real semi_a_m;
     kl_real semi_b_m;
+};
+
+struct kl_wheel_output {
+    kl_real q_N;    /* vertical wheel load on the rail, Q, of both contacts */
+    kl_real y_N;    /* lateral force of the wheel ON THE RAIL, positive right, of both contacts */
+    kl_real rise_m; /* of the tread off the rail: 0 in contact */
+    kl_real
+        push_m; /* by which the flange has pushed the rail aside; negative: the flange's clearance */
+    struct kl_contact_output tread; /* with KL_CONTACTS_RIGID the only one */
+    struct kl_contact_output flange;
 };
 
 struct kl_wheelset_output {
@@ -167,7 +184,7 @@ uint64_t kl_state_hash(const struct kl_state *state);
 
 /* A snapshot for another process or machine: little-endian bytes with the model's hash and a check
  * sum. */
-#define KL_SNAPSHOT_SIZE (64u + 16u * KL_MAX_STATES)
+#define KL_SNAPSHOT_SIZE (64u + 16u * KL_MAX_STATES + 32u * KL_MAX_WHEELSETS)
 enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *state,
                            unsigned char *buffer, size_t size_bytes, size_t *used_bytes);
 /* KL_ERR_SNAPSHOT: damaged, or of another model; the state is then untouched. */

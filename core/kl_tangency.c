@@ -409,17 +409,25 @@ static enum kl_status sample_side(struct kl_arena *arena, struct kl_contact_side
     return KL_OK;
 }
 
-/* The flange begins where the wheel, inboard of its central contact, is steeper than
- * KL_FLANGE_ANGLE_RAD. */
+/* The flange: inboard of the central contact, what is nearly as steep as its steepest. */
 static uint32_t find_flange(const struct kl_contact_side *side) {
-    for (uint32_t i = 0; i < KL_WHEEL_SAMPLES; i++) {
-        const double eta = side->wheel.eta_min_m + side->wheel_step_m * (double)i;
-        const double slope = kl_profile_at(&side->wheel, eta).slope;
-        if (eta > side->eta0_m && kl_atan(slope) >= KL_FLANGE_ANGLE_RAD) {
-            return i;
+    double steepest = 0.0;
+    uint32_t first = KL_WHEEL_SAMPLES;
+    for (int pass = 0; pass < 2; pass++) {
+        for (uint32_t i = KL_WHEEL_SAMPLES; i-- > 0;) {
+            const double eta = side->wheel.eta_min_m + side->wheel_step_m * (double)i;
+            const double angle = kl_atan(kl_profile_at(&side->wheel, eta).slope);
+            if (eta > side->eta0_m && pass == 0) {
+                steepest = angle > steepest ? angle : steepest;
+            } else if (eta > side->eta0_m && angle >= steepest - KL_FLANGE_SPREAD_RAD) {
+                first = i;
+            }
+        }
+        if (steepest < KL_FLANGE_LEAST_RAD) {
+            return KL_WHEEL_SAMPLES;
         }
     }
-    return KL_WHEEL_SAMPLES;
+    return first;
 }
 
 void kl_tangency_treads_only(struct kl_tangency *tangency) {

@@ -250,9 +250,9 @@ static const void *source_of(const struct kl_signal *signal, uint32_t instance,
 
 /* |T| / N; a wheel without load uses none. */
 static double adhesion(const struct kl_wheel_output *wheel) {
-    double n = (double)wheel->normal_N;
-    double t1 = (double)wheel->t1_N;
-    double t2 = (double)wheel->t2_N;
+    double n = (double)wheel->tread.normal_N;
+    double t1 = (double)wheel->tread.t1_N;
+    double t2 = (double)wheel->tread.t2_N;
     if (!is_finite(n) || !is_finite(t1) || !is_finite(t2)) {
         return not_a_number();
     }

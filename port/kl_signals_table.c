@@ -223,22 +223,22 @@ static const struct kl_signal wheel_forces[] = {
     SIGNED_OF("Q", 16, 16, 10, 0, "N", WHEEL(q_N), "Vertical wheel load on the rail"),
     SIGNED_OF("Y", 32, 16, 10, 0, "N", WHEEL(y_N),
               "Lateral force of the wheel on the rail, positive right"),
-    UNSIGNED_OF("Reduction", 48, 16, 2, 5, "", WHEEL(reduction),
+    UNSIGNED_OF("Reduction", 48, 16, 2, 5, "", WHEEL(tread.reduction),
                 "Creep force over that of the linear law: 1 linear, 0 full sliding"),
 };
 static const struct kl_signal wheel_creep[] = {
     COUNTER,
-    SIGNED_OF("T1", 16, 16, 10, 0, "N", WHEEL(t1_N), "Longitudinal creep force on the wheel"),
-    SIGNED_OF("T2", 32, 16, 10, 0, "N", WHEEL(t2_N),
+    SIGNED_OF("T1", 16, 16, 10, 0, "N", WHEEL(tread.t1_N), "Longitudinal creep force on the wheel"),
+    SIGNED_OF("T2", 32, 16, 10, 0, "N", WHEEL(tread.t2_N),
               "Lateral creep force on the wheel in the contact plane"),
     UNSIGNED("Adhesion", 48, 16, 2, 5, "", KL_FROM_ADHESION, 0,
              "Adhesion used: resulting creep force over normal force"),
 };
 static const struct kl_signal wheel_contact[] = {
     COUNTER,
-    SIGNED_OF("Delta", 16, 16, 1, 4, "rad", WHEEL(delta_rad), "Contact angle"),
-    UNSIGNED_OF("Radius", 32, 16, 2, 5, "m", WHEEL(radius_m), "Rolling radius at the contact"),
-    SIGNED_OF("Eta", 48, 16, 1, 5, "m", WHEEL(eta_wheel_m),
+    SIGNED_OF("Delta", 16, 16, 1, 4, "rad", WHEEL(tread.delta_rad), "Contact angle"),
+    UNSIGNED_OF("Radius", 32, 16, 2, 5, "m", WHEEL(tread.radius_m), "Rolling radius at the contact"),
+    SIGNED_OF("Eta", 48, 16, 1, 5, "m", WHEEL(tread.eta_wheel_m),
               "Contact point on the wheel profile, positive towards the flange"),
 };
 static const struct kl_signal wheelset_posture[] = {

@@ -157,8 +157,8 @@ static void torque_drives_forward(void **state) {
     }
     const struct kl_wheelset_output *w = &o.wheelset[0];
     /* forward on the wheels, one half each; the axle turns faster than it rolls */
-    assert_near((double)w->wheel[KL_RIGHT].t1_N, 0.5 * 1000.0 / ARCS_R0, 1.0);
-    assert_near((double)w->wheel[KL_LEFT].t1_N, 0.5 * 1000.0 / ARCS_R0, 1.0);
+    assert_near((double)w->wheel[KL_RIGHT].tread.t1_N, 0.5 * 1000.0 / ARCS_R0, 1.0);
+    assert_near((double)w->wheel[KL_LEFT].tread.t1_N, 0.5 * 1000.0 / ARCS_R0, 1.0);
     assert_true(w->spin_rad_s > (kl_real)(20.0 / ARCS_R0));
 }
 
@@ -203,9 +203,11 @@ static void friction_factor_scales_friction(void **state) {
     kl_rates(&wheelset_model.model, &x, &input, rates, &o);
     const struct kl_wheel_output *l = &o.wheelset[0].wheel[KL_LEFT];
     const struct kl_wheel_output *r = &o.wheelset[0].wheel[KL_RIGHT];
-    assert_true(r->t1_N == 0 && r->t2_N == 0 && r->m3_Nm == 0);
-    assert_at_most(hypot((double)l->t1_N, (double)l->t2_N), 0.15 * (double)l->normal_N);
-    assert_true(hypot((double)l->t1_N, (double)l->t2_N) > 0.13 * (double)l->normal_N);
+    assert_true(r->tread.t1_N == 0 && r->tread.t2_N == 0 && r->tread.m3_Nm == 0);
+    assert_at_most(hypot((double)l->tread.t1_N, (double)l->tread.t2_N),
+                   0.15 * (double)l->tread.normal_N);
+    assert_true(hypot((double)l->tread.t1_N, (double)l->tread.t2_N) >
+                0.13 * (double)l->tread.normal_N);
 }
 
 /* ---- faults ---- */
@@ -373,15 +375,15 @@ static void wheel_lift_is_said_and_goes_on(void **state) {
     double least = 1e9;
     for (int i = 0; i < 300 && least > 0.0; i++) {
         const uint32_t faults = coast(&b.model, &x, 1, &o);
-        least = fmin(least, (double)o.wheelset[0].wheel[KL_LEFT].normal_N);
+        least = fmin(least, (double)o.wheelset[0].wheel[KL_LEFT].tread.normal_N);
         assert_int_equal(faults & KL_FAULTS_HOLD, 0);
-        assert_int_equal(o.wheelset[0].wheel[KL_LEFT].normal_N > 0 ||
+        assert_int_equal(o.wheelset[0].wheel[KL_LEFT].tread.normal_N > 0 ||
                              (faults & (uint32_t)KL_FAULT_WHEEL_LIFT) != 0,
                          1);
     }
     assert_true(least == 0.0);
-    assert_true(o.wheelset[0].wheel[KL_LEFT].t2_N == 0);
-    assert_true(o.wheelset[0].wheel[KL_RIGHT].normal_N > 0);
+    assert_true(o.wheelset[0].wheel[KL_LEFT].tread.t2_N == 0);
+    assert_true(o.wheelset[0].wheel[KL_RIGHT].tread.normal_N > 0);
     const kl_real s = x.s_m;
     coast(&b.model, &x, 1, &o);
     assert_true(x.s_m > s && (x.faults & (uint32_t)KL_FAULT_WHEEL_LIFT) != 0);

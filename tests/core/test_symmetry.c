@@ -96,13 +96,20 @@ static void check_state(const struct kl_model *m, const struct kl_state *a,
     }
 }
 
-static void check_wheel(const struct kl_wheel_output *a, const struct kl_wheel_output *b) {
-    assert_true(is(a->normal_N, 1, b->normal_N) && is(a->q_N, 1, b->q_N));
-    assert_true(is(a->y_N, -1, b->y_N) && is(a->t1_N, 1, b->t1_N) && is(a->t2_N, -1, b->t2_N));
+static void check_contact(const struct kl_contact_output *a, const struct kl_contact_output *b) {
+    assert_true(is(a->normal_N, 1, b->normal_N));
+    assert_true(is(a->t1_N, 1, b->t1_N) && is(a->t2_N, -1, b->t2_N));
     assert_true(is(a->m3_Nm, -1, b->m3_Nm) && is(a->gamma1, 1, b->gamma1));
     assert_true(is(a->gamma2, -1, b->gamma2) && is(a->omega3_1_m, -1, b->omega3_1_m));
     assert_true(is(a->radius_m, 1, b->radius_m) && is(a->delta_rad, 1, b->delta_rad));
     assert_true(is(a->eta_wheel_m, 1, b->eta_wheel_m) && is(a->semi_a_m, 1, b->semi_a_m));
+}
+
+static void check_wheel(const struct kl_wheel_output *a, const struct kl_wheel_output *b) {
+    assert_true(is(a->q_N, 1, b->q_N) && is(a->y_N, -1, b->y_N));
+    assert_true(is(a->rise_m, 1, b->rise_m) && is(a->push_m, 1, b->push_m));
+    check_contact(&a->tread, &b->tread);
+    check_contact(&a->flange, &b->flange);
 }
 
 static void check_output(const struct kl_output *a, const struct kl_output *b) {

@@ -28,10 +28,10 @@ static void columns_of(const struct kl_output *o, double *column) {
     const struct kl_wheel_output *l = &w->wheel[KL_LEFT];
     const double values[COLUMNS] = {(double)w->y_m,        (double)w->yaw_rad,
                                     (double)w->y_rate_m_s, (double)w->yaw_rate_rad_s,
-                                    (double)w->spin_rad_s, (double)r->normal_N,
-                                    (double)l->normal_N,   (double)r->t1_N,
-                                    (double)l->t1_N,       (double)r->t2_N,
-                                    (double)l->t2_N};
+                                    (double)w->spin_rad_s, (double)r->tread.normal_N,
+                                    (double)l->tread.normal_N,   (double)r->tread.t1_N,
+                                    (double)l->tread.t1_N,       (double)r->tread.t2_N,
+                                    (double)l->tread.t2_N};
     memcpy(column, values, sizeof values);
 }
 
@@ -129,7 +129,7 @@ static void motion_agrees_at_1_ms(void **state) {
 static void compare_wheel(const struct csv *csv, const char *side,
                           const struct kl_wheel_output *w) {
     const char *const force[] = {"N", "T1", "T2", "M3"};
-    const double got[] = {(double)w->normal_N, (double)w->t1_N, (double)w->t2_N, (double)w->m3_Nm};
+    const double got[] = {(double)w->tread.normal_N, (double)w->tread.t1_N, (double)w->tread.t2_N, (double)w->tread.m3_Nm};
     const double tolerance[] = {2e-4 * 5e4, 1e-3 * 327.0, 1e-3 * 6300.0, 4e-3 * 7.0};
     for (int k = 0; k < 4; k++) {
         char column[32];

@@ -131,15 +131,21 @@ static uint64_t add_real(uint64_t hash, kl_real x) {
     return kl_hash_bytes(hash, bytes, sizeof bytes);
 }
 
-static uint64_t add_wheel(uint64_t h, const struct kl_wheel_output *w) {
-    const kl_real values[] = {w->normal_N,    w->q_N,        w->y_N,      w->t1_N,
-                              w->t2_N,        w->m3_Nm,      w->gamma1,   w->gamma2,
-                              w->omega3_1_m,  w->reduction,  w->radius_m, w->delta_rad,
-                              w->eta_wheel_m, w->eta_rail_m, w->semi_a_m, w->semi_b_m};
+static uint64_t add_contact(uint64_t h, const struct kl_contact_output *c) {
+    const kl_real values[] = {c->normal_N, c->t1_N,      c->t2_N,        c->m3_Nm,
+                              c->gamma1,   c->gamma2,    c->omega3_1_m,  c->reduction,
+                              c->radius_m, c->delta_rad, c->eta_wheel_m, c->eta_rail_m,
+                              c->semi_a_m, c->semi_b_m};
     for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) {
         h = add_real(h, values[i]);
     }
     return h;
+}
+
+static uint64_t add_wheel(uint64_t h, const struct kl_wheel_output *w) {
+    h = add_real(add_real(h, w->q_N), w->y_N);
+    h = add_real(add_real(h, w->rise_m), w->push_m);
+    return add_contact(add_contact(h, &w->tread), &w->flange);
 }
 
 static uint64_t add_output(uint64_t h, const struct kl_model *m, const struct kl_output *o) {

@@ -107,6 +107,24 @@ static void rows(FILE *f, const struct kl_pair *pair, const char *name, uint32_t
     }
 }
 
+static void flanges(FILE *f, const struct kl_pair *pair, const char *name, uint32_t index) {
+    static const char *const side[KL_SIDES] = {"right", "left"};
+    for (int s = 0; s < KL_SIDES; s++) {
+        fprintf(f, "static const struct kl_flange_row %s_flange_%" PRIu32 "_%s[] = {\n", name,
+                index, side[s]);
+        for (uint32_t i = 0; i < pair->flange[s].n_rows; i++) {
+            const struct kl_flange_row *row = &pair->flange[s].rows[i];
+            fputs("    {", f);
+            field(f, "place_m", row->place_m);
+            field(f, "place_h", row->place_h);
+            fputs("\n     .contact = ", f);
+            reals(f, (const kl_real *)&row->contact, sizeof(struct kl_row) / sizeof(kl_real));
+            fputs("},\n", f);
+        }
+        fputs("};\n\n", f);
+    }
+}
+
 static void jumps(FILE *f, const struct kl_side_table *table) {
     fputs("          .jumps = {", f);
     for (uint32_t i = 0; i < table->n_jumps && i < KL_MAX_JUMPS; i++) {
@@ -123,6 +141,7 @@ static void jumps(FILE *f, const struct kl_side_table *table) {
 static void pairs(FILE *f, const struct kl_model *m, const char *name) {
     for (uint32_t i = 0; i < m->n_pairs; i++) {
         rows(f, &m->pairs[i], name, i);
+        flanges(f, &m->pairs[i], name, i);
     }
     fprintf(f, "static const struct kl_pair %s_pairs[] = {\n", name);
     for (uint32_t i = 0; i < m->n_pairs; i++) {
@@ -132,6 +151,13 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
             fprintf(f, "         {.rows = %s_rows_%" PRIu32 "_%s,\n", name, i,
                     s == KL_RIGHT ? "right" : "left");
             jumps(f, &p->side[s]);
+        }
+        fputs("     },\n     .flange = {\n", f);
+        for (int s = 0; s < KL_SIDES; s++) {
+            fprintf(f, "         {.rows = %s_flange_%" PRIu32 "_%s, .n_rows = %" PRIu32 ", ", name,
+                    i, s == KL_RIGHT ? "right" : "left", p->flange[s].n_rows);
+            field(f, "top_m", p->flange[s].top_m);
+            fputs("},\n", f);
         }
         fprintf(f, "     },\n     .half = %" PRIu32 ", ", p->half);
         field(f, "step_m", p->step_m);
@@ -144,6 +170,9 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
         reals(f, p->share, KL_SIDES);
         fputs(", ", f);
         field(f, "radius_m", p->radius_m);
+        fputs("\n     ", f);
+        field(f, "flange_stiffness_N_m", p->flange_stiffness_N_m);
+        field(f, "flange_damping_Ns_m", p->flange_damping_Ns_m);
         fputs("},\n", f);
     }
     fputs("};\n\n", f);

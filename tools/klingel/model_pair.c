@@ -324,11 +324,26 @@ static void rails(struct model_parts *parts, const struct raw_pair *raw, uint32_
     }
 }
 
+static void flange(struct model_parts *parts, const struct raw_flange *raw, uint32_t i,
+                   struct kl_pair_def *def) {
+    model_check(parts, raw->stiffness_N_m >= 1e5 && raw->stiffness_N_m <= 1e10,
+                "must be 1e5 to 1e10", "pairs[%u].flange.stiffness_N_m", i);
+    model_check(parts, raw->damping_Ns_m >= 0.0 && raw->damping_Ns_m <= 1e8, "must be 0 to 1e8",
+                "pairs[%u].flange.damping_Ns_m", i);
+    def->flange_stiffness_N_m = raw->stiffness_N_m;
+    def->flange_damping_Ns_m = raw->damping_Ns_m;
+}
+
 static void profile_pair(struct model_parts *parts, const struct raw_pair *raw, uint32_t i,
                          struct kl_pair_def *def) {
     def->kind = KL_PAIR_PROFILES;
     def->kinematics =
         raw->kinematics != NULL ? (enum kl_kinematics) * raw->kinematics : KL_KINEMATICS_RIGID;
+    def->contacts =
+        raw->contacts != NULL ? (enum kl_contact_model) * raw->contacts : KL_CONTACTS_TWO;
+    if (raw->flange != NULL) {
+        flange(parts, raw->flange, i, def);
+    }
     if (two_sides(parts, i, "wheel", raw->wheel, raw->wheel_right, raw->wheel_left)) {
         wheels(parts, raw, i, def);
     }
@@ -377,13 +392,14 @@ void model_pairs_convert(struct model_parts *parts, const struct raw_vehicle *ra
     for (uint32_t i = 0; i < raw->n_pairs; i++) {
         const struct raw_pair *pair = &raw->pairs[i];
         model_check_name(parts, pair->name, "pairs[%u].name", i);
-        bool with_profiles = pair->wheel != NULL || pair->wheel_right != NULL ||
-                             pair->wheel_left != NULL || pair->rail != NULL ||
-                             pair->rail_right != NULL || pair->rail_left != NULL ||
-                             pair->kinematics != NULL;
+        bool with_profiles =
+            pair->wheel != NULL || pair->wheel_right != NULL || pair->wheel_left != NULL ||
+            pair->rail != NULL || pair->rail_right != NULL || pair->rail_left != NULL ||
+            pair->kinematics != NULL || pair->contacts != NULL || pair->flange != NULL;
         if (pair->linear == NULL) {
             profile_pair(parts, pair, i, &pairs[i]);
-        } else if (model_check(parts, !with_profiles, "goes without wheel, rail and kinematics",
+        } else if (model_check(parts, !with_profiles,
+                               "goes without wheel, rail, kinematics, contacts and flange",
                                "pairs[%u].linear", i)) {
             linear_pair(parts, pair->linear, i, &pairs[i]);
         }

@@ -94,6 +94,11 @@ static const cyaml_schema_field_t material_fields[] = {
 static const cyaml_strval_t kinematics[] = {{"rigid", KL_KINEMATICS_RIGID},
                                             {"printed", KL_KINEMATICS_PRINTED}};
 
+static const cyaml_strval_t contacts[] = {{"two", KL_CONTACTS_TWO}, {"rigid", KL_CONTACTS_RIGID}};
+
+static const cyaml_schema_field_t flange_fields[] = {
+    NUMBER(raw_flange, stiffness_N_m), NUMBER(raw_flange, damping_Ns_m), CYAML_FIELD_END};
+
 static const cyaml_schema_field_t pair_fields[] = {
     NAME(raw_pair, name),
     OPT_PART(raw_pair, wheel, wheel_fields),
@@ -105,6 +110,9 @@ static const cyaml_schema_field_t pair_fields[] = {
     OPT_PART(raw_pair, linear, linear_fields),
     CYAML_FIELD_ENUM_PTR("kinematics", STRICT_MAY, struct raw_pair, kinematics, kinematics,
                          CYAML_ARRAY_LEN(kinematics)),
+    CYAML_FIELD_ENUM_PTR("contacts", STRICT_MAY, struct raw_pair, contacts, contacts,
+                         CYAML_ARRAY_LEN(contacts)),
+    OPT_PART(raw_pair, flange, flange_fields),
     OPT_PART(raw_pair, material, material_fields),
     NUMBER(raw_pair, step_m),
     NUMBER(raw_pair, range_m),

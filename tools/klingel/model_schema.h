@@ -85,6 +85,11 @@ struct raw_material {
     double poisson;
 };
 
+struct raw_flange {
+    double stiffness_N_m;
+    double damping_Ns_m;
+};
+
 struct raw_pair {
     char name[KL_NAME_SIZE];
     struct raw_wheel *wheel;
@@ -95,6 +100,8 @@ struct raw_pair {
     struct raw_rail *rail_left;
     struct raw_linear *linear;
     int *kinematics; /* enum kl_kinematics; NULL: rigid */
+    int *contacts;   /* enum kl_contact_model; NULL: two */
+    struct raw_flange *flange;
     struct raw_material *material;
     double step_m;
     double range_m;

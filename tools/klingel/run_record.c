@@ -142,7 +142,8 @@ void run_record_hold_text(const struct run_record *record, char *text, size_t si
 void run_csv_header(FILE *file, const struct kl_model *model) {
     static const char *const wheelset_column[] = {
         "y_m", "yaw_rad", "z_m", "roll_rad", "spin_rad_s", "y_acc_m_s2", "sum_of_Y_N", "track_y_m"};
-    static const char *const wheel_column[] = {"Q_N", "Y_N", "T1_N", "T2_N", "delta_rad"};
+    static const char *const wheel_column[] = {"Q_N", "Y_N", "T1_N", "T2_N", "delta_rad",
+                                              "flange_N", "flange_push_m", "rise_m"};
     fprintf(file, "time_s,s_m,speed_m_s,curvature_1_m,cant_rad,faults");
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
@@ -198,9 +199,12 @@ void run_csv_row(FILE *file, const struct kl_model *model, const struct kl_outpu
             const struct kl_wheel_output *wheel = &o->wheel[s];
             put(file, wheel->q_N);
             put(file, wheel->y_N);
-            put(file, wheel->t1_N);
-            put(file, wheel->t2_N);
-            put(file, wheel->delta_rad);
+            put(file, wheel->tread.t1_N);
+            put(file, wheel->tread.t2_N);
+            put(file, wheel->tread.delta_rad);
+            put(file, wheel->flange.normal_N);
+            put(file, wheel->push_m > 0 ? wheel->push_m : 0);
+            put(file, wheel->rise_m);
         }
     }
     fputc('\n', file);
