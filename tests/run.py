@@ -110,6 +110,7 @@ def slow_jobs(build: str) -> list[Job]:
         Job("guest with vcan", [PYTHON, "tests/tools/vm/test_vcan_vm.py"], "unittest", 900),
         Job("socketcand at 10 frames/ms", [PYTHON, "tests/hal_linux/socketcand_python_can.py", stream,
                                            "--seconds", "5", "--frames", "10"]),
+        Job("footprint", [PYTHON, "tools/footprint.py", "--build", build, "--check"], "plain", 1200),
         Job("firmware in QEMU", [PYTHON, "tests/firmware/test_firmware.py"], "unittest", 600, environment),
         Job("demo on vcan", [PYTHON, "tests/demo_vcan.py"], "plain", 900, environment),
     ]
