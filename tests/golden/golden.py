@@ -187,11 +187,14 @@ def difference(now: Result, then: Result) -> str:
     first = next((a[0] for a, b in rows if a[:3] != b[:3]), None)
     if first is not None:
         text.append(f"streams part before {first:g} s")
+    seen = len(text)
     for column in NUMBERS:
         most, a, b = max(((abs(a[column] - b[column]), a, b) for a, b in rows), key=lambda row: row[0],
                          default=(0.0, [], []))
         if most > 0.0:
             text.append(f"{TRACE[column]} by up to {most:.3g} ({b[column]:.6g} -> {a[column]:.6g} at {a[0]:g} s)")
+    if first is not None and len(text) == seen:
+        text.append("by less than the trace shows")
     return "; ".join(text)
 
 
