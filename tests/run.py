@@ -101,6 +101,7 @@ def slow_jobs(build: str) -> list[Job]:
     environment = {"KLINGEL": f"{build}/klingel", "BUILD": build, "PYTHONDONTWRITEBYTECODE": "1"}
     return [
         Job("golden", [PYTHON, "tests/golden/golden.py", "--build", f"{build}/golden"], "plain", 1800, environment),
+        Job("creep bits and storm", [PYTHON, "tests/golden/creep.py"], environment=environment),
         Job("reference values", ["sh", "tests/reference/check.sh"]),
         Job("float build", ["make", "-s", f"BUILD={build}/float", "REAL=-DKL_REAL_FLOAT",
                             f"{build}/float/libklingel_port.a", f"{build}/float/libklingel_core.a"]),

@@ -14,6 +14,7 @@ KLINGEL = KLINGEL if KLINGEL.is_absolute() else ROOT / KLINGEL
 WAGON, RESTRAINED, FREE = "models/two_axle_wagon.yaml", "models/restrained_wheelset.yaml", "models/free_wheelset.yaml"
 ARCS, DEMO, CURVE = "models/wickens_arcs.yaml", "models/demo_track.yaml", "models/curve_r600.yaml"
 LINEAR = "tests/tools/fixtures/linear_two_axle.yaml"
+CREEP = "models/creep/contact.csv"
 COMMANDS = ("geometry", "conicity", "creep", "run", "modes", "bench", "hil", "dbc", "signals", "build")
 
 

@@ -11,7 +11,6 @@
 #include "creep_file.h"
 #include "kl_geometry.h"
 
-#define TABLE_FILE "models/creep/contact.csv"
 #define LAWS "all|linear|she|polach|fastsim|fastsim_elliptic|table"
 #define MAX_ROWS 401
 
@@ -35,6 +34,7 @@ struct arguments {
     double speed;
     const char *csv;
     const char *plot;
+    const char *points;
     const char *check;
     bool instructions;
     const char *count_only;
@@ -129,73 +129,113 @@ static int curves(const struct arguments *a) {
 
 /* ---- the picture ---- */
 
-/* One law's force over mu N: the size of T1 and T2 with the sign of the one that is swept. */
-static void draw(struct cli_plot *plot, const struct arguments *a, int law, int part,
-                 const struct cli_plot_style *style) {
+#define SPINS 4
+#define MAX_POINTS 64
+
+/* What is drawn: the force along the creepage that grows, over mu N. */
+static double part_of(const struct arguments *a, const struct kl_creep_force *f) {
+    return (double)(a->sweep == GAMMA1 ? f->t1_N : f->t2_N) / (a->mu * a->load_N);
+}
+
+static void draw_law(struct cli_plot *plot, const struct arguments *a, int law,
+                     const struct cli_plot_style *style) {
     double x[MAX_ROWS];
     double y[MAX_ROWS];
     struct kl_creep_contact c;
     if (contact(a, (enum kl_creep_law)law, &c) != CLI_OK) {
         return;
     }
-    const double limit = a->mu * a->load_N;
     for (int i = 0; i < MAX_ROWS; i++) {
         const double at = a->to * (double)i / (MAX_ROWS - 1);
         const struct kl_creep_force f = force_at(a, (enum kl_creep_law)law, &c, at);
-        x[i] = a->sweep == OMEGA3 ? at : 1e3 * at;
-        y[i] = part == 0   ? (double)f.t1_N / limit
-               : part == 1 ? (double)f.t2_N / limit
-                           : (double)f.m3_Nm / (limit * sqrt(a->a_m * a->b_m));
-        if (law == KL_CREEP_LINEAR && fabs(y[i]) > 1.2) {
+        x[i] = 1e3 * at;
+        y[i] = part_of(a, &f);
+        if (law == KL_CREEP_LINEAR && fabs(y[i]) > 1.05) {
             x[i] = y[i] = (double)NAN;
         }
     }
     cli_plot_line(plot, style, x, y, MAX_ROWS);
 }
 
-static int picture(const struct arguments *a) {
-    static const char *const axis[3] = {"T1 / mu N", "T2 / mu N", "M3 / (mu N c)"};
-    static const char *const creepage[3] = {"longitudinal creepage gamma1 [0.001]",
-                                            "lateral creepage gamma2 [0.001]", "spin omega3 [1/m]"};
+/* The solutions for this very contact: the same ellipse, load and friction, the other creepages too. */
+static void draw_solutions(struct cli_plot *plot, const struct arguments *a,
+                           const struct creep_solutions *solutions, const char *label) {
+    const struct cli_plot_style style = {
+        .label = label, .colour = CLI_PLOT_INK, .pen = CLI_PLOT_POINTS};
+    double x[MAX_POINTS];
+    double y[MAX_POINTS];
+    size_t n = 0;
+    for (size_t i = 0; i < solutions->n && n < MAX_POINTS; i++) {
+        const struct creep_solution *s = &solutions->value[i];
+        bool same = fabs(s->a_m - a->a_m) < 1e-6 && fabs(s->b_m - a->b_m) < 1e-6 &&
+                    fabs(s->normal_N - a->load_N) < 1.0 && fabs(s->friction - a->mu) < 1e-6;
+        for (int k = 0; k < 3; k++) {
+            same = same && (k == a->sweep || fabs(s->creepage[k] - a->creepage[k]) < 1e-6);
+        }
+        if (same && s->creepage[a->sweep] >= 0.0 && s->creepage[a->sweep] <= a->to) {
+            x[n] = 1e3 * s->creepage[a->sweep];
+            y[n++] = a->sweep == GAMMA1 ? s->fx : s->fy;
+        }
+    }
+    if (n > 0) {
+        cli_plot_line(plot, &style, x, y, n);
+    }
+}
+
+static void draw_panel(struct cli_plot *plot, const struct arguments *a, int spin,
+                       const struct creep_solutions *solutions) {
     static const enum cli_plot_colour colour[KL_CREEP_LAWS] = {CLI_PLOT_QUIET, CLI_PLOT_SECOND,
                                                                CLI_PLOT_THIRD, CLI_PLOT_FOURTH,
                                                                CLI_PLOT_FIFTH, CLI_PLOT_FIRST};
-    static const double spin[3] = {0.0, 0.3, 1.0};
+    char title[64];
+    snprintf(title, sizeof title, "omega3 = %.3g 1/m", a->creepage[OMEGA3]);
+    const bool first = a->sweep == GAMMA1 && spin == 0;
+    const struct cli_plot_panel panel = {.title = a->sweep == GAMMA1 ? title : NULL,
+                                         .x_label = a->sweep == GAMMA1 ? "gamma1 [0.001]"
+                                                                       : "gamma2 [0.001]",
+                                         .y_label = spin > 0             ? NULL
+                                                    : a->sweep == GAMMA1 ? "T1 / mu N, gamma2 = 0"
+                                                                         : "T2 / mu N, gamma1 = 0",
+                                         .row = a->sweep == GAMMA1 ? 0 : 1,
+                                         .column = spin,
+                                         .y_low = -1.05,
+                                         .y_high = 0.05};
+    cli_plot_panel(plot, &panel);
+    for (int law = 0; law < KL_CREEP_LAWS; law++) {
+        const struct cli_plot_style style = {
+            .label = first ? creep_law_name[law] : NULL,
+            .colour = colour[law],
+            .pen = law == KL_CREEP_FASTSIM_ELLIPTIC ? CLI_PLOT_DASHED : CLI_PLOT_SOLID,
+            .thin = law != KL_CREEP_TABLE};
+        if (is_wanted(a, law)) {
+            draw_law(plot, a, law, &style);
+        }
+    }
+    draw_solutions(plot, a, solutions, first ? "CONTACT" : NULL);
+}
+
+static int picture(const struct arguments *a) {
+    static const double times[SPINS] = {0.0, 1.0, 2.0, 4.0};
+    struct creep_solutions solutions = {0};
     struct cli_plot plot;
     char notes[160];
-    snprintf(notes, sizeof notes, "ellipse %.3g x %.3g mm, %.3g kN, mu %.3g", 1e3 * a->a_m,
-             1e3 * a->b_m, 1e-3 * a->load_N, a->mu);
-    int status = cli_plot_open(&plot, a->plot, "Creep forces by law", notes);
+    int status = a->points != NULL ? creep_solutions_read(&solutions, a->points) : CLI_OK;
     if (status != CLI_OK) {
         return status;
     }
-    const int columns = a->sweep == OMEGA3 ? 1 : 3;
-    for (int column = 0; column < columns; column++) {
+    snprintf(notes, sizeof notes, "ellipse %.4g x %.4g mm, %.3g kN, mu %.3g", 1e3 * a->a_m,
+             1e3 * a->b_m, 1e-3 * a->load_N, a->mu);
+    status = cli_plot_open(&plot, a->plot, "Creep forces by law", notes);
+    for (int i = 0; i < 2 * SPINS && status == CLI_OK; i++) {
         struct arguments one = *a;
-        one.creepage[OMEGA3] += a->sweep == OMEGA3 ? 0.0 : spin[column];
-        for (int part = 0; part < 3; part++) {
-            char title[64];
-            snprintf(title, sizeof title, "omega3 = %.3g 1/m", one.creepage[OMEGA3]);
-            const struct cli_plot_panel panel = {.title =
-                                                     part == 0 && a->sweep != OMEGA3 ? title : NULL,
-                                                 .x_label = part == 2 ? creepage[a->sweep] : NULL,
-                                                 .y_label = column == 0 ? axis[part] : NULL,
-                                                 .row = part,
-                                                 .column = column};
-            cli_plot_panel(&plot, &panel);
-            for (int law = 0; law < KL_CREEP_LAWS; law++) {
-                const struct cli_plot_style style = {
-                    .label = part == 0 && column == 0 ? creep_law_name[law] : NULL,
-                    .colour = colour[law],
-                    .pen = law == KL_CREEP_FASTSIM_ELLIPTIC ? CLI_PLOT_DASHED : CLI_PLOT_SOLID,
-                    .thin = law != KL_CREEP_TABLE};
-                if (is_wanted(a, law)) {
-                    draw(&plot, &one, law, part, &style);
-                }
-            }
-        }
+        one.sweep = i < SPINS ? GAMMA1 : GAMMA2;
+        one.to = a->sweep == OMEGA3 ? 0.01 : a->to;
+        one.creepage[GAMMA1] = one.creepage[GAMMA2] = 0.0;
+        one.creepage[OMEGA3] = times[i % SPINS] * a->creepage[OMEGA3];
+        draw_panel(&plot, &one, i % SPINS, &solutions);
     }
-    return cli_plot_close(&plot, status);
+    creep_solutions_free(&solutions);
+    return status == CLI_OK ? cli_plot_close(&plot, status) : status;
 }
 
 /* ---- the comparison ---- */
@@ -340,15 +380,15 @@ int cmd_creep(int argc, char **argv) {
         number("--b", "MM", &a.b_m, "mm", 1e-4, 0.1, "semi-axis across; default 5"),
         number("--load", "N", &a.load_N, "", 1.0, 1e9, "normal force, N; default 60000"),
         {.name = "--sweep",
-         .argument = "gamma1|gamma2|omega3",
+         .argument = "along|across|spin",
          .kind = CLI_CHOICE,
          .value = &a.sweep,
-         .help = "the creepage that grows from 0; default gamma1"},
-        number("--to", "VALUE", &a.to, "", -1e3, 1e3, "and how far; default 0.01 (omega3: 2 1/m)"),
-        number("--gamma1", "VALUE", &a.creepage[0], "", -10.0, 10.0,
+         .help = "the creepage that grows from 0; default along"},
+        number("--to", "VALUE", &a.to, "", -1e3, 1e3, "and how far; default 0.01 (spin: 2 1/m)"),
+        number("--along", "VALUE", &a.creepage[0], "", -10.0, 10.0,
                "the others: longitudinal creepage; default 0"),
-        number("--gamma2", "VALUE", &a.creepage[1], "", -10.0, 10.0, "lateral creepage; default 0"),
-        number("--omega3", "VALUE", &a.creepage[2], "", -1e3, 1e3, "spin, 1/m; default 0"),
+        number("--across", "VALUE", &a.creepage[1], "", -10.0, 10.0, "lateral creepage; default 0"),
+        number("--spin", "VALUE", &a.creepage[2], "", -1e3, 1e3, "spin, 1/m; default 0"),
         {.name = "--rows",
          .argument = "N",
          .kind = CLI_COUNT,
@@ -370,7 +410,12 @@ int cmd_creep(int argc, char **argv) {
          .help = "leave out the nodes that the file names: the compact table"},
         cli_maybe_file_option("--csv", &a.csv,
                               "the curves as CSV; without FILE, or with -, to standard output"),
-        cli_plot_option(&a.plot, "the curves as a picture, over mu N, at three spins"),
+        cli_plot_option(&a.plot,
+                        "a picture: T1 against gamma1 and T2 against gamma2, at 0, 1, 2 and 4\n"
+                        "times --spin"),
+        cli_file_option("--points", &a.points,
+                        "with --plot: solutions of CONTACT to be marked where they are of the\n"
+                        "same contact: tests/reference/creep_forces.csv"),
         cli_file_option("--check", &a.check,
                         "hold every law against the solutions of CONTACT in FILE, and time it:\n"
                         "tests/reference/creep_check_points.csv"),
@@ -392,25 +437,30 @@ int cmd_creep(int argc, char **argv) {
          .help = "for --instructions"},
     };
     const struct cli_command command = {
-        .operands = "[TABLE]",
+        .operands = "TABLE",
         .purpose =
             "Creep forces of one contact: T1, T2 and M3 against a creepage under each law; or "
             "every\n"
             "law against CONTACT; or the creep-force table as C source for firmware. TABLE is\n"
-            "the file of the table, " TABLE_FILE " by default.",
-        .example = "klingel creep --a 6 --b 4 --omega3 0.5 --sweep gamma2 --plot creep.png\n"
-                   "klingel creep --check tests/reference/creep_check_points.csv\n"
-                   "klingel creep --compact --source creep_table_compact.c\n",
+            "the file of the table, models/creep/contact.csv.",
+        .example =
+            "klingel creep models/creep/contact.csv --a 6 --b 4 --spin 0.5 --plot creep.png\n"
+            "klingel creep models/creep/contact.csv --check "
+            "tests/reference/creep_check_points.csv\n"
+            "klingel creep models/creep/contact.csv --compact --source creep_table_compact.c\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
     if (!cli_parse(&command, argc, argv, &a.target, &status)) {
         return status;
     }
+    if (a.target.vehicle == NULL) {
+        return cli_misuse("an argument is missing: expected TABLE");
+    }
     if (a.target.set.n > 0) {
         return cli_misuse("--set: there is no model file");
     }
     a.to = isnan(a.to) ? (a.sweep == OMEGA3 ? 2.0 : 0.01) : a.to;
-    a.path = a.target.vehicle != NULL ? a.target.vehicle : TABLE_FILE;
+    a.path = a.target.vehicle;
     if (creep_file_load(&a.file, a.path, a.compact, stderr) != 0) {
         return CLI_FAILED;
     }

@@ -16,18 +16,27 @@ const char *const creep_law_name[KL_CREEP_LAWS] = {"linear",           "she",  "
 #define FRICTION 0.3
 static const struct kl_material steel = {82e9, 0.28};
 
-static const char header[] = "set,a_over_b,X,Y,Z,fx,fy,mz";
+/* ---- files ---- */
 
-int creep_points_read(struct creep_points *points, const char *path) {
+/* A table of which each line is taken by `row`, which has room for one more; -1: it cannot. */
+struct lines {
+    const char *path;
+    const char *header;
+    int (*row)(void *rows, size_t n, const char *line); /* 1 taken, 0 left out */
+    size_t row_bytes;
+};
+
+static int read_lines(const struct lines *how, void **rows, size_t *n) {
     char line[512];
     unsigned number = 0;
     bool seen_header = false;
     size_t room = 0;
     int status = CLI_OK;
-    FILE *file = fopen(path, "r");
-    memset(points, 0, sizeof *points);
+    FILE *file = fopen(how->path, "r");
+    *rows = NULL;
+    *n = 0;
     if (file == NULL) {
-        return cli_fail("%s: %s", path, strerror(errno));
+        return cli_fail("%s: %s", how->path, strerror(errno));
     }
     while (status == CLI_OK && fgets(line, sizeof line, file) != NULL) {
         number++;
@@ -36,33 +45,54 @@ int creep_points_read(struct creep_points *points, const char *path) {
             continue;
         }
         if (!seen_header) {
-            seen_header = strcmp(line, header) == 0;
+            seen_header = strcmp(line, how->header) == 0;
             status = seen_header ? CLI_OK
-                                 : cli_fail("%s:%u: the columns must be %s", path, number, header);
+                                 : cli_fail("%s:%u: the columns must be %s", how->path, number,
+                                            how->header);
             continue;
         }
-        if (points->n == room) {
+        if (*n == room) {
             room = room == 0 ? 1024 : 2 * room;
-            void *more = realloc(points->value, room * sizeof *points->value);
+            void *more = realloc(*rows, room * how->row_bytes);
             if (more == NULL) {
                 status = cli_fail("out of memory");
                 break;
             }
-            points->value = more;
+            *rows = more;
         }
-        double *v = points->value[points->n++];
-        if (sscanf(line, "%*[^,],%lf,%lf,%lf,%lf,%lf,%lf,%lf", &v[0], &v[1], &v[2], &v[3], &v[4],
-                   &v[5], &v[6]) != 7) {
-            status = cli_fail("%s:%u: a row has a word and seven numbers", path, number);
+        const int taken = how->row(*rows, *n, line);
+        if (taken < 0) {
+            status = cli_fail("%s:%u: not a row of %s", how->path, number, how->header);
+        } else {
+            *n += (size_t)taken;
         }
     }
     fclose(file);
-    if (status == CLI_OK && points->n == 0) {
-        status = cli_fail("%s: holds no points", path);
+    if (status == CLI_OK && *n == 0) {
+        status = cli_fail("%s: holds no points", how->path);
     }
     if (status != CLI_OK) {
-        creep_points_free(points);
+        free(*rows);
+        *rows = NULL;
+        *n = 0;
     }
+    return status;
+}
+
+static int point_row(void *rows, size_t n, const char *line) {
+    double *v = ((double(*)[7])rows)[n];
+    return sscanf(line, "%*[^,],%lf,%lf,%lf,%lf,%lf,%lf,%lf", &v[0], &v[1], &v[2], &v[3], &v[4],
+                  &v[5], &v[6]) == 7
+               ? 1
+               : -1;
+}
+
+int creep_points_read(struct creep_points *points, const char *path) {
+    const struct lines how = {path, "set,a_over_b,X,Y,Z,fx,fy,mz", point_row,
+                              sizeof *points->value};
+    void *rows = NULL;
+    const int status = read_lines(&how, &rows, &points->n);
+    points->value = rows;
     return status;
 }
 
@@ -70,6 +100,38 @@ void creep_points_free(struct creep_points *points) {
     free(points->value);
     memset(points, 0, sizeof *points);
 }
+
+static int solution_row(void *rows, size_t n, const char *line) {
+    struct creep_solution *s = &((struct creep_solution *)rows)[n];
+    if (strncmp(line, "CONTACT", 7) != 0) {
+        return 0;
+    }
+    if (sscanf(line, "%*[^,],%*f,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf,%lf", &s->a_m, &s->b_m,
+               &s->normal_N, &s->friction, &s->creepage[0], &s->creepage[1], &s->creepage[2],
+               &s->fx, &s->fy) != 9) {
+        return -1;
+    }
+    s->a_m *= 1e-3;
+    s->b_m *= 1e-3;
+    return 1;
+}
+
+int creep_solutions_read(struct creep_solutions *solutions, const char *path) {
+    const struct lines how = {path,
+                              "method,a_over_b,a_mm,b_mm,normal_N,friction,xi,eta,phi_1_m,fx,fy,mz",
+                              solution_row, sizeof *solutions->value};
+    void *rows = NULL;
+    const int status = read_lines(&how, &rows, &solutions->n);
+    solutions->value = rows;
+    return status;
+}
+
+void creep_solutions_free(struct creep_solutions *solutions) {
+    free(solutions->value);
+    memset(solutions, 0, sizeof *solutions);
+}
+
+/* ---- differences ---- */
 
 /* One point as a contact. */
 static struct kl_creep_contact contact_at(enum kl_creep_law law, const struct kl_creep_table *table,

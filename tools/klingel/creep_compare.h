@@ -26,6 +26,25 @@ struct creep_points {
 int creep_points_read(struct creep_points *points, const char *path);
 void creep_points_free(struct creep_points *points);
 
+/* One of the solutions of tests/reference/creep_forces.csv. */
+struct creep_solution {
+    double a_m;
+    double b_m;
+    double normal_N;
+    double friction;
+    double creepage[3]; /* gamma1, gamma2, omega3 in 1/m */
+    double fx;          /* over mu N */
+    double fy;
+};
+struct creep_solutions {
+    struct creep_solution *value;
+    size_t n;
+};
+
+/* Those of CONTACT's full method, not of its FASTSIM. CLI_OK, or CLI_FAILED (printed). */
+int creep_solutions_read(struct creep_solutions *solutions, const char *path);
+void creep_solutions_free(struct creep_solutions *solutions);
+
 /* With |spin| of phi_n (see kl_creep.h: p) up to `spin_most`. */
 struct creep_difference creep_difference(enum kl_creep_law law, const struct kl_creep_table *table,
                                          const struct creep_points *points, double spin_most);
