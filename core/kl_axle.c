@@ -38,17 +38,18 @@ static void find_cells(const struct kl_pair *restrict pair, const kl_both *w,
     }
 }
 
-/* A column of both sides' rows: below (0), above (1), and linear in between. */
+/* A column of both sides' rows: below (0), above (1). */
 #define BELOW(cells, field, g)                                                                     \
     kl_lane_of((cells)->below[KL_RIGHT]->field, (cells)->below[KL_LEFT]->field, g)
 #define ABOVE(cells, field, g)                                                                     \
     kl_lane_of((cells)->below[KL_RIGHT][1].field, (cells)->below[KL_LEFT][1].field, g)
-#define BETWEEN(cells, field, g)                                                                   \
-    lerp(BELOW(cells, field, g), ABOVE(cells, field, g), KL_LANE((cells)->t, g))
 
-static inline kl_lane lerp(kl_lane a, kl_lane b, kl_lane t) {
-    return a + t * (b - a);
-}
+#define ROW_REALS (sizeof(struct kl_row) / sizeof(kl_real))
+
+/* Two neighbouring columns, the first of them `field`, linear in between. */
+#define COLUMNS(cells, field, first, second)                                                       \
+    kl_lane_columns(&(cells)->below[KL_RIGHT]->field, &(cells)->below[KL_LEFT]->field, ROW_REALS,  \
+                    &(cells)->t, first, second)
 
 /* Height of either side's table at its place, and its first two time derivatives, of the second
  * what does not depend on y''. */
@@ -70,6 +71,10 @@ static void read_tables(const struct kl_pair *restrict pair, const struct outboa
                         struct kl_axle *restrict axle, struct ride *restrict ride) {
     struct kl_cells *cells = &axle->cells;
     find_cells(pair, &out->w, cells);
+    COLUMNS(cells, arm_m, &axle->arm, &axle->radius);
+    COLUMNS(cells, f11_1, &axle->f11, &axle->f22);
+    COLUMNS(cells, f23_1, &axle->f23, &axle->f33);
+    COLUMNS(cells, carried, &axle->carried, &axle->extra);
     KL_EACH_LANE(g) {
         const struct kl_lane_hermite h = kl_lane_hermite(
             BELOW(cells, height_m, g), BELOW(cells, height_w, g), ABOVE(cells, height_m, g),
@@ -79,15 +84,6 @@ static void read_tables(const struct kl_pair *restrict pair, const struct outboa
         KL_LANE(ride->slope, g) = h.slope;
         KL_LANE(ride->rate, g) = h.slope * rate;
         KL_LANE(ride->rest, g) = h.second * (rate * rate) + h.slope * KL_LANE(out->rest, g);
-        KL_LANE(axle->arm, g) = BETWEEN(cells, arm_m, g);
-        KL_LANE(axle->radius, g) = BETWEEN(cells, radius_m, g);
-        KL_LANE(axle->carried, g) = BETWEEN(cells, carried, g);
-        KL_LANE(axle->sin_delta, g) = BETWEEN(cells, sin_delta, g);
-        KL_LANE(axle->cos_delta, g) = BETWEEN(cells, cos_delta, g);
-        KL_LANE(axle->f11, g) = BETWEEN(cells, f11_1, g);
-        KL_LANE(axle->f22, g) = BETWEEN(cells, f22_1, g);
-        KL_LANE(axle->f23, g) = BETWEEN(cells, f23_1, g);
-        KL_LANE(axle->f33, g) = BETWEEN(cells, f33_1, g);
     }
 }
 
@@ -101,12 +97,10 @@ static inline void find_contact_planes(struct kl_axle *axle) {
     KL_EACH_LANE(g) {
         const kl_lane s_z_y = kl_lane_of(axle->z_y, -axle->z_y, g);
         const kl_lane held = KL_R(1) - KL_LANE(axle->radius, g) * axle->phi_y;
-        const kl_lane extra =
-            KL_LANE(axle->carried, g) * KL_LANE(axle->sin_delta, g) / KL_LANE(axle->cos_delta, g);
-        const kl_lane tangent = extra - (s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
+        const kl_lane tangent = KL_LANE(axle->extra, g) -
+                                (s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
         const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
         const kl_lane cos_delta = KL_R(1) / inv_cos;
-        KL_LANE(axle->extra, g) = extra;
         KL_LANE(axle->inv_cos, g) = inv_cos;
         KL_LANE(axle->cos_delta, g) = cos_delta;
         KL_LANE(axle->sin_delta, g) = tangent * cos_delta;
@@ -252,9 +246,6 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
     }
     const kl_real inv = KL_R(1) / (lever[KL_RIGHT] * axle->cos_delta[KL_LEFT] +
                                    lever[KL_LEFT] * axle->cos_delta[KL_RIGHT]);
-    /* first guess: no lateral acceleration, and creep that balances the lateral forces at the rail
-     */
-    const kl_real guess = load->roll + KL_R(0.5) * KL_SUM(axle->radius) * load->lateral;
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(inv, -inv, g);
         const kl_lane by_down = KL_OTHER(lever, g) * inv;
@@ -265,7 +256,6 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
         KL_LANE(contacts->own, g) = by_down * KL_LANE(down_by, g) + by_roll * KL_LANE(roll_by, g);
         KL_LANE(contacts->other, g) =
             by_down * KL_OTHER(down_by, g) + by_roll * KL_OTHER(roll_by, g);
-        KL_LANE(forces->normal, g) = by_down * load->down + by_roll * guess;
         KL_LANE(contacts->backs, g) = by_down * z_part + by_roll * roll_part;
     }
     /* a normal force that pulls aside has its own inertia against it: N = N0 - backs (pulls N) */
@@ -295,18 +285,6 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
 /* A wheel pushes its rail and never pulls it; one that is up does neither. */
 #define CARRIED(forces, n, g)                                                                      \
     (KL_LANE((forces)->lifting.carries, g) * kl_lane_max(n, kl_lane_all(KL_R(0))))
-
-/* The first guess: where one wheel is up the other has all of the load. */
-static void guess_normals(struct kl_axle_forces *forces) {
-    kl_both guess;
-    KL_EACH_LANE(g) {
-        KL_LANE(guess, g) = KL_LANE(forces->normal, g);
-    }
-    KL_EACH_LANE(g) {
-        const kl_lane lost = KL_LANE(forces->lifting.by, g) * KL_OTHER(guess, g);
-        KL_LANE(forces->normal, g) = CARRIED(forces, KL_LANE(guess, g) - lost, g);
-    }
-}
 
 /* Newton's rounds for the cube root of the first pass, an estimate within 1e-5. */
 #define ESTIMATE_ROUNDS 2
@@ -384,7 +362,6 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
     find_creepages(wheelset, axle, forces);
     prepare_normals(wheelset, axle, forces);
     kl_axle_lift_reduce(wheelset, axle, forces);
-    guess_normals(forces);
 }
 
 /*
@@ -430,6 +407,9 @@ static inline void solve_normals(struct kl_axle_forces *forces) {
 
 void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
                      const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
+    KL_EACH_LANE(g) { /* as in the last step, but for a wheel that is up */
+        KL_LANE(forces->normal, g) = CARRIED(forces, KL_LANE(axle->before, g), g);
+    }
     find_creep(forces, ESTIMATE_ROUNDS);
     solve_normals(forces);
     find_creep(forces, KL_CBRT_ROUNDS);
@@ -488,11 +468,20 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
 
 /* ---- outputs ---- */
 
+/* What is read from a row of the contact and the next for the outputs. */
+static void write_place(const struct kl_row *a, const struct kl_row *b, kl_real t, kl_real third,
+                        struct kl_contact_output *o) {
+    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
+    kl_lane_pair_between(&a->eta_wheel_m, &b->eta_wheel_m, t, &o->eta_wheel_m);
+    kl_lane_pair_between(&a->semi_a_1, &b->semi_a_1, t, &o->semi_a_m);
+    KL_EACH_LANE(g) {
+        kl_lane_store(&o->semi_a_m, g, third * kl_lane_load(&o->semi_a_m, g));
+    }
+}
+
 static void write_tread(const struct kl_axle *axle, const struct kl_axle_forces *forces, int side,
                         kl_real third, struct kl_contact_output *o) {
     const struct kl_row *a = axle->cells.below[side];
-    const struct kl_row *b = a + 1;
-    const kl_real t = axle->cells.t[side];
     o->normal_N = forces->normal[side];
     o->t1_N = forces->t1[side];
     o->t2_N = forces->t2[side];
@@ -502,19 +491,13 @@ static void write_tread(const struct kl_axle *axle, const struct kl_axle_forces 
     o->omega3_1_m = forces->omega3[side];
     o->reduction = forces->reduction[side];
     o->radius_m = axle->radius[side];
-    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
-    o->eta_wheel_m = a->eta_wheel_m + t * (b->eta_wheel_m - a->eta_wheel_m);
-    o->eta_rail_m = a->eta_rail_m + t * (b->eta_rail_m - a->eta_rail_m);
-    o->semi_a_m = third * (a->semi_a_1 + t * (b->semi_a_1 - a->semi_a_1));
-    o->semi_b_m = third * (a->semi_b_1 + t * (b->semi_b_1 - a->semi_b_1));
+    write_place(a, a + 1, axle->cells.t[side], third, o);
 }
 
 static void write_flange(const struct kl_axle *axle, const struct kl_axle_forces *forces, int side,
                          struct kl_contact_output *o) {
     const struct kl_contact_forces *f = &forces->flange;
-    const struct kl_row *a = &axle->flange.row[side][0].contact;
-    const struct kl_row *b = &axle->flange.row[side][1].contact;
-    const kl_real t = axle->flange.t[side];
+    const struct kl_flange_row *row = axle->flange.row[side];
     o->normal_N = f->normal[side];
     o->t1_N = f->t1[side];
     o->t2_N = f->t2[side];
@@ -524,11 +507,7 @@ static void write_flange(const struct kl_axle *axle, const struct kl_axle_forces
     o->omega3_1_m = f->omega3[side];
     o->reduction = f->reduction[side];
     o->radius_m = axle->flange.radius[side];
-    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
-    o->eta_wheel_m = a->eta_wheel_m + t * (b->eta_wheel_m - a->eta_wheel_m);
-    o->eta_rail_m = a->eta_rail_m + t * (b->eta_rail_m - a->eta_rail_m);
-    o->semi_a_m = f->third[side] * (a->semi_a_1 + t * (b->semi_a_1 - a->semi_a_1));
-    o->semi_b_m = f->third[side] * (a->semi_b_1 + t * (b->semi_b_1 - a->semi_b_1));
+    write_place(&row[0].contact, &row[1].contact, axle->flange.t[side], f->third[side], o);
 }
 
 void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
@@ -548,8 +527,7 @@ void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *for
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane n = KL_LANE(forces->normal, g);
         const kl_lane t2 = KL_LANE(forces->t2, g);
-        const kl_lane root =
-            kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
+        const kl_lane root = KL_LANE(forces->contacts.inv_cbrt, g); /* of the N of the creep */
         const kl_lane flange_q = KL_LANE(f->normal, g) * KL_LANE(flange->cos_delta, g) +
                                  sign * (KL_LANE(f->t2, g) * KL_LANE(flange->sin_delta, g));
         const kl_lane flange_y =

@@ -72,6 +72,7 @@ struct kl_axle {
     kl_both rise_rate;
     kl_both up;      /* 1 where the tread is off the rail */
     kl_both landing; /* upward acceleration that stops a wheel which reaches the rail */
+    kl_both before;  /* the treads' normal forces of the last step */
     struct kl_flange flange;
     kl_real z; /* relative to the smooth track, positive down */
     kl_real z_rate;

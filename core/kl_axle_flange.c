@@ -8,12 +8,16 @@
 /* The damper begins to act over this much of the overlap, so that a touch is not a blow. */
 #define SOFT_M 1e-4
 
-/* A column of both sides' rows, linear in between. */
+/* A column of both sides' rows: n = 0 the lower, 1 the upper. */
 #define FIELD(axle, n, field, g)                                                                   \
     kl_lane_of((axle)->flange.row[KL_RIGHT][n].field, (axle)->flange.row[KL_LEFT][n].field, g)
-#define BETWEEN(axle, field, g)                                                                    \
-    (FIELD(axle, 0, field, g) +                                                                    \
-     KL_LANE((axle)->flange.t, g) * (FIELD(axle, 1, field, g) - FIELD(axle, 0, field, g)))
+
+#define ROW_REALS (sizeof(struct kl_flange_row) / sizeof(kl_real))
+
+/* Two neighbouring columns, the first of them `field`, linear in between. */
+#define COLUMNS(axle, field, first, second)                                                        \
+    kl_lane_columns(&(axle)->flange.row[KL_RIGHT]->field, &(axle)->flange.row[KL_LEFT]->field,     \
+                    ROW_REALS, &(axle)->flange.t, first, second)
 
 static void find_row(const struct kl_pair *pair, int side, struct kl_axle *axle, kl_real *t) {
     const struct kl_flange_table *table = &pair->flange[side];
@@ -36,21 +40,17 @@ void kl_axle_flange_posture(const struct kl_pair *restrict pair, struct kl_axle 
     KL_EACH_LANE(g) {
         KL_LANE(flange->t, g) = kl_lane_of(right, left, g);
     }
+    COLUMNS(axle, inv_sin, &flange->inv_sin, &flange->inv_cos);
+    COLUMNS(axle, contact.arm_m, &flange->arm, &flange->radius);
+    COLUMNS(axle, contact.sin_delta, &flange->sin_delta, &flange->cos_delta);
     const kl_real lean = KL_R(0.5) * (axle->x[KL_WS_YAW] * axle->x[KL_WS_YAW]);
     KL_EACH_LANE(g) {
         const struct kl_lane_hermite place = kl_lane_flange_place(
             FIELD(axle, 0, place_m, g), FIELD(axle, 0, place_h, g), FIELD(axle, 1, place_m, g),
             FIELD(axle, 1, place_h, g), KL_LANE(flange->t, g), pair->step_m, pair->inv_step_1_m);
-        const kl_lane sin_delta = BETWEEN(axle, contact.sin_delta, g);
-        const kl_lane cos_delta = BETWEEN(axle, contact.cos_delta, g);
-        const kl_lane radius = BETWEEN(axle, contact.radius_m, g);
-        const kl_lane inv_cos = KL_R(1) / cos_delta;
-        KL_LANE(flange->arm, g) = BETWEEN(axle, contact.arm_m, g);
-        KL_LANE(flange->radius, g) = radius;
-        KL_LANE(flange->sin_delta, g) = sin_delta;
-        KL_LANE(flange->cos_delta, g) = cos_delta;
-        KL_LANE(flange->inv_sin, g) = KL_R(1) / sin_delta;
-        KL_LANE(flange->inv_cos, g) = inv_cos;
+        const kl_lane sin_delta = KL_LANE(flange->sin_delta, g);
+        const kl_lane inv_cos = KL_LANE(flange->inv_cos, g);
+        const kl_lane radius = KL_LANE(flange->radius, g);
         /* yawed, a flange touches ahead of the axle, where it is broader */
         const kl_lane reach = radius * (sin_delta * inv_cos);
         const kl_lane overlap = (KL_LANE(axle->outboard, g) - place.value) + lean * reach;
@@ -89,19 +89,30 @@ static void find_creepages(const struct kl_axle *axle, struct kl_axle_forces *fo
     }
 }
 
+/* Creep coefficients of both contacts at unit load. */
+struct coefficients {
+    kl_both f11;
+    kl_both f22;
+    kl_both f23;
+    kl_both f33;
+};
+
 static void find_creep(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
                        struct kl_axle_forces *forces) {
     struct kl_contact_forces *f = &forces->flange;
+    struct coefficients k;
+    COLUMNS(axle, contact.f11_1, &k.f11, &k.f22);
+    COLUMNS(axle, contact.f23_1, &k.f23, &k.f33);
     const kl_lane no_limit = kl_lane_all(kl_no_limit(wheelset->creep.law));
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(axle->flange.push, g) * KL_LANE(axle->flange.inv_sin, g);
         const kl_lane y =
             kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
         const kl_lane two_thirds = n * y;
-        const kl_lane f11 = BETWEEN(axle, contact.f11_1, g) * two_thirds;
-        const kl_lane f22 = BETWEEN(axle, contact.f22_1, g) * two_thirds;
-        const kl_lane f23 = BETWEEN(axle, contact.f23_1, g) * n;
-        const kl_lane f33 = BETWEEN(axle, contact.f33_1, g) * (n * (two_thirds * y));
+        const kl_lane f11 = KL_LANE(k.f11, g) * two_thirds;
+        const kl_lane f22 = KL_LANE(k.f22, g) * two_thirds;
+        const kl_lane f23 = KL_LANE(k.f23, g) * n;
+        const kl_lane f33 = KL_LANE(k.f33, g) * (n * (two_thirds * y));
         const kl_lane gamma2 = KL_LANE(f->gamma2, g);
         const kl_lane omega3 = KL_LANE(f->omega3, g);
         const kl_lane t1 = -(f11 * KL_LANE(f->gamma1, g));

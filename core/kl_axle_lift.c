@@ -9,6 +9,7 @@ void kl_axle_lift_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *a
         const kl_lane rate = kl_lane_load(lift->rate_m_s, g);
         const kl_lane rise = kl_lane_load(lift->rise_m, g) + h * rate;
         const kl_lane up = kl_lane_positive_or_0(rise, kl_lane_all(KL_R(1)));
+        KL_LANE(axle->before, g) = kl_lane_load(lift->normal_N, g);
         KL_LANE(axle->rise, g) = kl_lane_positive_or_0(rise, rise);
         KL_LANE(axle->up, g) = up;
         KL_LANE(axle->rise_rate, g) = up * rate;
@@ -152,6 +153,7 @@ void kl_axle_lift_finish(const struct kl_axle *restrict axle,
         const kl_lane rate =
             kl_lane_load(lift->rate_m_s, g) + h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
         kl_lane_store(lift->rise_m, g, KL_LANE(axle->rise, g));
+        kl_lane_store(lift->normal_N, g, KL_LANE(forces->normal, g));
         kl_lane_store(lift->rate_m_s, g,
                       kl_lane_if_0(KL_LANE(lifting->on, g), rate, kl_lane_all(KL_R(0))));
     }

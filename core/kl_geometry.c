@@ -61,6 +61,7 @@ static void set_row(const struct kl_tangency *t, enum kl_side s, const struct pl
     /* half the relative curvatures; a conformal contact is limited by kl_hertz */
     const double across = 0.5 * (curv_r - curv_w);
     row->carried = KL_R(0);
+    row->plane = KL_R(0);
     set_contact_coefficients(row, 0.5 * cos_w / radius, across > 1e-6 ? across : 1e-6,
                              &t->material);
 }
@@ -298,8 +299,7 @@ static void no_flange(struct kl_flange_row rows[2]) {
         const struct kl_flange_row blank = {0};
         rows[i] = blank;
         rows[i].place_m = KL_R(OUT_OF_REACH_M);
-        rows[i].contact.sin_delta = KL_R(1); /* any angle that can be divided by */
-        rows[i].contact.cos_delta = KL_R(1);
+        rows[i].inv_sin = KL_R(1);
         rows[i].contact.radius_m = KL_R(1);
     }
 }
@@ -328,6 +328,8 @@ static uint32_t fill_flange(const struct kl_tangency *t, enum kl_side s, double 
         *top = n == 0 ? height : *top;
         rows[n].place_m = (kl_real)contact.place_m;
         set_row(t, s, &at, &rows[n].contact);
+        rows[n].inv_sin = KL_R(1) / rows[n].contact.sin_delta;
+        rows[n].inv_cos = KL_R(1) / rows[n].contact.cos_delta;
         n++;
     }
     for (uint32_t i = 0; i < n && n > 1u; i++) {
@@ -421,6 +423,7 @@ static void hold_tread(const struct kl_pair *pair, enum kl_side s, double touch,
     read_row(pair, &pair->side[s], (kl_real)touch, &held);
     held.height_w = KL_R(0);
     held.carried = KL_R(1);
+    held.plane = held.sin_delta / held.cos_delta;
     for (uint32_t i = 0; i <= 2u * pair->half; i++) {
         if ((double)pair->step_m * ((double)i - (double)pair->half) > touch) {
             rows[i] = held;

@@ -92,34 +92,37 @@ struct kl_pair_def {
     double range_m; /* table covers |w| <= range, step * 4 .. step * KL_TABLE_MAX_HALF */
 };
 
-/* One row of a side's table, at one w. Forces of contact coefficients are per N^(2/3), N, N^(4/3)
- * of the normal load in newton: f11 = f11_1 N^(2/3), f22 likewise, f23 = f23_1 N, f33 = f33_1
- * N^(4/3). */
+/*
+ * One row of a side's table, at one w: nothing but kl_real columns, which are read two at a time. Contact
+ * coefficients are per N^(2/3), N, N^(4/3) of the normal load in newton: f11 = f11_1 N^(2/3), f22
+ * likewise, f23 = f23_1 N, f33 = f33_1 N^(4/3).
+ */
 struct kl_row {
     kl_real height_m; /* H, positive down */
     kl_real height_w; /* dH/dw */
     kl_real arm_m;    /* lateral distance of the contact point from the middle of the axle */
     kl_real radius_m; /* rolling radius at the contact */
-    /* Of the contact angle of the rail: the common tangent, against the track. For reading; a step takes
-     * the contact plane from the heights' slopes, with which the wheels' forces do no work. */
+    /* Of the contact angle of the rail: the common tangent, against the track. For reading, unless
+     * `carried`; a step takes the contact plane from the heights' slopes, with which the wheels' forces
+     * do no work. */
     kl_real sin_delta;
     kl_real cos_delta;
     kl_real f11_1;
     kl_real f22_1;
     kl_real f23_1;
     kl_real f33_1;
+    kl_real carried; /* 1 from where the flange pushes the rail: this contact then moves with the
+                        rail, its height stays and its plane is that of delta; else 0 */
+    kl_real plane;   /* tan(delta) where it is carried, else 0 */
+    kl_real delta_rail_rad;
     kl_real eta_wheel_m; /* contact point on the wheel */
     kl_real eta_rail_m;  /* contact point on the rail */
+    kl_real semi_a_1;    /* Hertz semi-axis along the rail at 1 N; a = semi_a_1 N^(1/3) */
+    kl_real semi_b_1;    /* Hertz semi-axis across the rail at 1 N */
     kl_real delta_wheel_rad;
-    kl_real delta_rail_rad;
     kl_real curv_wheel_1_m; /* transverse curvature, positive where delta grows inboard (concave
                                tread) */
     kl_real curv_rail_1_m;  /* transverse curvature, positive for a convex head */
-    kl_real semi_a_1;       /* Hertz semi-axis along the rail at 1 N; a = semi_a_1 N^(1/3) */
-    kl_real semi_b_1;       /* Hertz semi-axis across the rail at 1 N */
-    kl_real
-        carried; /* 1 from where the flange pushes the rail: this contact then moves with the rail,
-                        its height stays and its plane is that of delta; else 0 */
 };
 
 /*
@@ -137,6 +140,8 @@ struct kl_row {
 struct kl_flange_row {
     kl_real place_m; /* outboard displacement w of the axle at which the flange just touches */
     kl_real place_h; /* its derivative by H; negative: who rides higher must go further */
+    kl_real inv_sin; /* of the contact angle */
+    kl_real inv_cos;
     struct kl_row contact; /* its height_m is H, its height_w 1/place_h */
 };
 

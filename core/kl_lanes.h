@@ -25,8 +25,12 @@
 
 #ifdef KL_REAL_FLOAT
 typedef uint32_t kl_real_bits;
+#define KL_QUIET 1e-12f
+#define KL_NO_SIGN UINT32_C(0x7fffffff)
 #else
 typedef uint64_t kl_real_bits;
+#define KL_QUIET 1e-30
+#define KL_NO_SIGN UINT64_C(0x7fffffffffffffff)
 #endif
 
 #define KL_EACH_LANE(g) for (int g = 0; g < KL_SIDES / KL_LANES; g++)
@@ -58,6 +62,13 @@ static inline kl_lane kl_lane_keep(kl_lane_bits mask, kl_lane x) {
 
 static inline kl_lane kl_lane_positive_or_0(kl_lane test, kl_lane x) {
     return kl_lane_keep((kl_lane_bits)(test > (kl_lane){0}), x);
+}
+
+/* x, and 0 where it is so small that its powers would leave the range of ordinary numbers, with which
+ * machines are slow. NaN stays. */
+static inline kl_lane kl_lane_quiet(kl_lane x) {
+    const kl_lane size = (kl_lane)(kl_lane_bits)((kl_lane_bits)x & KL_NO_SIGN);
+    return (kl_lane)(~(kl_lane_bits)(size < KL_QUIET) & (kl_lane_bits)x);
 }
 
 static inline kl_lane kl_lane_if_0(kl_lane test, kl_lane a, kl_lane b) {
@@ -113,6 +124,9 @@ static inline kl_lane kl_lane_of(kl_real right, kl_real left, int g) {
 static inline kl_lane kl_lane_positive_or_0(kl_lane test, kl_lane x) {
     return test > (kl_real)0 ? x : (kl_real)0;
 }
+static inline kl_lane kl_lane_quiet(kl_lane x) {
+    return x < KL_QUIET && x > -KL_QUIET ? (kl_real)0 : x;
+}
 static inline kl_lane kl_lane_if_0(kl_lane test, kl_lane a, kl_lane b) {
     return test == (kl_real)0 ? a : b;
 }
@@ -130,6 +144,38 @@ static inline kl_lane kl_lane_min(kl_lane a, kl_lane b) {
 }
 
 #endif
+
+/*
+ * Two neighbouring columns of a row pair of either side, linear in between: from a (right and left)
+ * to the rows that lie `stride` reals on, at t. They come out as values of both sides.
+ */
+static inline void kl_lane_columns(const kl_real *right, const kl_real *left, size_t stride,
+                                   const kl_both *t, kl_both *first, kl_both *second) {
+#if KL_LANES == 2
+    const kl_lane t_right = {(*t)[KL_RIGHT], (*t)[KL_RIGHT]};
+    const kl_lane t_left = {(*t)[KL_LEFT], (*t)[KL_LEFT]};
+    const kl_lane r = kl_lane_load(right, 0);
+    const kl_lane l = kl_lane_load(left, 0);
+    const kl_lane at_right = r + t_right * (kl_lane_load(right + stride, 0) - r);
+    const kl_lane at_left = l + t_left * (kl_lane_load(left + stride, 0) - l);
+    *first = (kl_lane){at_right[0], at_left[0]};
+    *second = (kl_lane){at_right[1], at_left[1]};
+#else
+    (*first)[KL_RIGHT] = right[0] + (*t)[KL_RIGHT] * (right[stride] - right[0]);
+    (*second)[KL_RIGHT] = right[1] + (*t)[KL_RIGHT] * (right[stride + 1u] - right[1]);
+    (*first)[KL_LEFT] = left[0] + (*t)[KL_LEFT] * (left[stride] - left[0]);
+    (*second)[KL_LEFT] = left[1] + (*t)[KL_LEFT] * (left[stride + 1u] - left[1]);
+#endif
+}
+
+/* The same for one side alone: to = a + t (b - a) for two neighbours. */
+static inline void kl_lane_pair_between(const kl_real *a, const kl_real *b, kl_real t,
+                                        kl_real *to) {
+    KL_EACH_LANE(g) {
+        const kl_lane low = kl_lane_load(a, g);
+        kl_lane_store(to, g, low + t * (kl_lane_load(b, g) - low));
+    }
+}
 
 /* The same value for either side. */
 static inline kl_lane kl_lane_all(kl_real x) {

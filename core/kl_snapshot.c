@@ -57,7 +57,7 @@ static uint64_t hash_word(uint64_t hash, uint64_t word) {
 }
 
 /* States, their rates and the lifts, in one row. */
-#define LIFT_WORDS (2u * KL_SIDES)
+#define LIFT_WORDS (3u * KL_SIDES)
 static uint32_t count_words(uint32_t n_states, uint32_t n_wheelsets) {
     return 2u * n_states + LIFT_WORDS * n_wheelsets;
 }
@@ -72,8 +72,8 @@ static kl_real *word_at(struct kl_state *state, uint32_t i) {
     }
     const uint32_t k = i - 2u * n;
     struct kl_lift *lift = &state->lift[k / LIFT_WORDS];
-    const uint32_t field = k % LIFT_WORDS;
-    return field < KL_SIDES ? &lift->rise_m[field] : &lift->rate_m_s[field - KL_SIDES];
+    kl_real *const field[] = {lift->rise_m, lift->rate_m_s, lift->normal_N};
+    return &field[k % LIFT_WORDS / KL_SIDES][k % KL_SIDES];
 }
 
 static kl_real value_at(const struct kl_state *state, uint32_t i) {
@@ -83,8 +83,8 @@ static kl_real value_at(const struct kl_state *state, uint32_t i) {
     }
     const uint32_t k = i - 2u * n;
     const struct kl_lift *lift = &state->lift[k / LIFT_WORDS];
-    const uint32_t field = k % LIFT_WORDS;
-    return field < KL_SIDES ? lift->rise_m[field] : lift->rate_m_s[field - KL_SIDES];
+    const kl_real *const field[] = {lift->rise_m, lift->rate_m_s, lift->normal_N};
+    return field[k % LIFT_WORDS / KL_SIDES][k % KL_SIDES];
 }
 
 uint64_t kl_state_hash(const struct kl_state *state) {

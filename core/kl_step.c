@@ -85,6 +85,8 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
         x[KL_WS_Y_RATE] = pair->radius_m * (speed_m_s * here.cant_s_1_m);
         x[KL_WS_YAW_RATE] = speed_m_s * here.curvature_1_m;
         x[KL_WS_SPIN] = speed_m_s / pair->radius_m;
+        state->lift[w].normal_N[KL_RIGHT] = KL_R(0.5) * wheelset->static_load_N;
+        state->lift[w].normal_N[KL_LEFT] = KL_R(0.5) * wheelset->static_load_N;
     }
     kl_refresh(model, state);
     return KL_OK;
@@ -133,17 +135,40 @@ static void write_rates(const struct kl_model *model, const struct kl_evaluation
     }
 }
 
+/*
+ * Evaluates a state as it stands. The normal forces of a step are found from those of the step
+ * before; a state that comes from elsewhere has none that would fit, so they are found in a few
+ * rounds, each of which leaves a hundredth of the error or less.
+ */
+#define ROUNDS 4
+static void evaluate_still(const struct kl_model *model, const struct kl_state *state,
+                           const struct kl_input *input, struct kl_lift *lift,
+                           struct kl_evaluation *e) {
+    const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
+    const struct kl_origin here = {state->x, state->rate, lift, KL_R(0)};
+    for (int round = 0; round < ROUNDS; round++) {
+        kl_evaluate(model, &here, &stage, input, e);
+        for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+            lift[w].normal_N[KL_RIGHT] = e->forces[w].normal[KL_RIGHT];
+            lift[w].normal_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
+        }
+    }
+}
+
 void kl_rates(const struct kl_model *model, const struct kl_state *state,
               const struct kl_input *input, kl_real rates[KL_MAX_STATES],
               struct kl_output *output) {
     struct kl_evaluation e;
     struct kl_input kept;
+    struct kl_lift lift[KL_MAX_WHEELSETS];
     (void)check_input(model, state, input, &kept);
-    const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-    const struct kl_origin here = {state->x, state->rate, state->lift, KL_R(0)};
-    kl_evaluate(model, &here, &stage, &kept, &e);
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        lift[w] = state->lift[w];
+    }
+    evaluate_still(model, state, &kept, lift, &e);
     write_rates(model, &e, rates);
     if (output != NULL) {
+        const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
         kl_write_output(model, state, &stage, &e, output);
     }
 }
@@ -185,10 +210,11 @@ static void damp(struct damped *d) {
 static inline void finish(kl_real *x, kl_real *rate, const kl_real *next, const kl_real *next_rate,
                           kl_real h, kl_real a, kl_real carried) {
     const kl_real p = x[1] + h * (a + KL_R(0.5) * (rate[1] - carried));
-    x[0] = next[0];
-    x[1] = p;
-    rate[0] = next_rate[0] + (p - next[1]);
-    rate[1] = carried;
+    const kl_real change = next_rate[0] + (p - next[1]);
+    KL_EACH_LANE(g) {
+        kl_lane_store(x, g, kl_lane_quiet(kl_lane_of(next[0], p, g)));
+        kl_lane_store(rate, g, kl_lane_quiet(kl_lane_of(change, carried, g)));
+    }
 }
 
 static void finish_wheelset(const struct kl_model *model, const struct kl_evaluation *e, uint32_t w,
@@ -280,9 +306,7 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state) {
     struct kl_evaluation e;
     struct kl_input input;
     kl_input_init(&input);
-    const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-    const struct kl_origin here = {state->x, state->rate, state->lift, KL_R(0)};
-    kl_evaluate(model, &here, &stage, &input, &e);
+    evaluate_still(model, state, &input, state->lift, &e);
     write_rates(model, &e, state->rate);
     const uint32_t first = kl_wheelset_states(model);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {

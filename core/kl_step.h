@@ -34,11 +34,13 @@ enum kl_fault {
 /* Faults that stop the motion: the last good state is held, ticks go on. */
 #define KL_FAULTS_HOLD ((uint32_t)KL_FAULT_NONFINITE | (uint32_t)KL_FAULT_DERAILED)
 
-/* How far the treads of a wheelset are off their rails, upwards, and how fast: zero in ordinary
- * running, above while a wheel jumps or its flange climbs. */
+/* How the wheels of a wheelset stand on their rails. */
 struct kl_lift {
-    kl_real rise_m[KL_SIDES]; /* >= 0 */
-    kl_real rate_m_s[KL_SIDES];
+    kl_real
+        rise_m[KL_SIDES]; /* of the tread off the rail, >= 0: 0 in ordinary running, above while a
+                                 wheel jumps or its flange climbs */
+    kl_real rate_m_s[KL_SIDES]; /* of the rise */
+    kl_real normal_N[KL_SIDES]; /* of the tread: where the search of the next step begins */
 };
 
 /* Plain data without pointers: a copy is a snapshot. */
@@ -184,7 +186,7 @@ uint64_t kl_state_hash(const struct kl_state *state);
 
 /* A snapshot for another process or machine: little-endian bytes with the model's hash and a check
  * sum. */
-#define KL_SNAPSHOT_SIZE (64u + 16u * KL_MAX_STATES + 32u * KL_MAX_WHEELSETS)
+#define KL_SNAPSHOT_SIZE (64u + 16u * KL_MAX_STATES + 48u * KL_MAX_WHEELSETS)
 enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *state,
                            unsigned char *buffer, size_t size_bytes, size_t *used_bytes);
 /* KL_ERR_SNAPSHOT: damaged, or of another model; the state is then untouched. */

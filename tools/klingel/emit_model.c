@@ -117,6 +117,8 @@ static void flanges(FILE *f, const struct kl_pair *pair, const char *name, uint3
             fputs("    {", f);
             field(f, "place_m", row->place_m);
             field(f, "place_h", row->place_h);
+            field(f, "inv_sin", row->inv_sin);
+            field(f, "inv_cos", row->inv_cos);
             fputs("\n     .contact = ", f);
             reals(f, (const kl_real *)&row->contact, sizeof(struct kl_row) / sizeof(kl_real));
             fputs("},\n", f);

@@ -191,14 +191,9 @@ static double tolerance(const struct linear *l) {
            (1.0 + (double)l->request->model->gravity_m_s2 + l->request->speed_m_s);
 }
 
-static int find_steady(struct linear *l, double *worst) {
+/* Newton's steps, and settling where they do not help. */
+static void iterate(struct linear *l, double *worst) {
     kl_real rates[N];
-    enum kl_status status = kl_init(l->request->model, &l->state, (kl_real)l->request->at_m,
-                                    (kl_real)l->request->speed_m_s);
-    if (status != KL_OK) {
-        return cli_fail("cannot start at %g m/s: %s", l->request->speed_m_s,
-                        kl_status_text(status));
-    }
     *worst = residual(l, rates);
     for (int i = 0; i<MAX_NEWTON && * worst> tolerance(l); i++) {
         if (!improve(l, rates, worst)) {
@@ -208,7 +203,29 @@ static int find_steady(struct linear *l, double *worst) {
     if (*worst > tolerance(l)) {
         settle(l, rates, worst, tolerance(l));
     }
-    if (!(*worst <= 1e3 * tolerance(l))) {
+}
+
+static bool is_steady(const struct linear *l, double worst) {
+    return worst <= 1e3 * tolerance(l);
+}
+
+static int start(struct linear *l) {
+    enum kl_status status = kl_init(l->request->model, &l->state, (kl_real)l->request->at_m,
+                                    (kl_real)l->request->speed_m_s);
+    if (status != KL_OK) {
+        return cli_fail("cannot start at %g m/s: %s", l->request->speed_m_s,
+                        kl_status_text(status));
+    }
+    return CLI_OK;
+}
+
+static int find_steady(struct linear *l, double *worst) {
+    int status = start(l);
+    if (status != CLI_OK) {
+        return status;
+    }
+    iterate(l, worst);
+    if (!is_steady(l, *worst)) {
         return cli_fail("no steady state at %g m/s, s = %g m: a rate of %g is left. Is the whole "
                         "vehicle on one curvature there, and stable?",
                         l->request->speed_m_s, l->request->at_m, *worst);
@@ -293,6 +310,16 @@ static void find_parts(const struct linear *l, const struct eigen *e, uint32_t k
     }
 }
 
+/* LAPACK keeps a pair as its real part in one column and its imaginary part in the next. */
+static void keep_vector(const struct linear *l, const struct eigen *e, uint32_t k,
+                        struct modes *modes) {
+    const uint32_t n = l->state.n_states;
+    for (uint32_t i = 0; i < n; i++) {
+        modes->vector_re[i * n + k] = e->right[i * n + k];
+        modes->vector_im[i * n + k] = e->imag[k] != 0.0 ? e->right[i * n + k + 1] : 0.0;
+    }
+}
+
 static int by_frequency(const void *a, const void *b) {
     const struct mode *x = a;
     const struct mode *y = b;
@@ -316,9 +343,10 @@ static void collect(const struct linear *l, const struct eigen *e, struct modes 
             continue;
         }
         struct mode *mode = &modes->mode[modes->n_modes++];
-        *mode = (struct mode){.real = e->real[k], .imag = e->imag[k]};
+        *mode = (struct mode){.real = e->real[k], .imag = e->imag[k], .column = k};
         if (l->request->parts) {
             find_parts(l, e, k, mode);
+            keep_vector(l, e, k, modes);
         }
     }
     qsort(modes->mode, modes->n_modes, sizeof modes->mode[0], by_frequency);
@@ -336,15 +364,19 @@ static void set_steps(struct linear *l) {
     }
 }
 
+static void prepare(struct linear *l, const struct modes_request *request) {
+    memset(l, 0, sizeof *l);
+    l->request = request;
+    kl_input_init(&l->input);
+    l->input.speed_m_s = (kl_real)request->speed_m_s;
+    set_steps(l);
+}
+
 int modes_find(const struct modes_request *request, struct modes *modes) {
     static struct linear l; /* too large for a stack */
     static struct eigen e[2];
     kl_real rates[N];
-    memset(&l, 0, sizeof l);
-    l.request = request;
-    kl_input_init(&l.input);
-    l.input.speed_m_s = (kl_real)request->speed_m_s;
-    set_steps(&l);
+    prepare(&l, request);
     int status = find_steady(&l, &modes->residual);
     if (status != CLI_OK) {
         return status;
@@ -364,4 +396,24 @@ int modes_find(const struct modes_request *request, struct modes *modes) {
         modes->insensitivity = request->check ? compare(&e[0], &e[1], modes->n) : 0.0;
     }
     return status;
+}
+
+int modes_steady(const struct modes_request *request, const struct kl_state *guess,
+                 struct modes_steady *steady) {
+    static struct linear l;
+    kl_real rates[N];
+    prepare(&l, request);
+    int status = start(&l);
+    if (status != CLI_OK) {
+        return status;
+    }
+    if (guess != NULL) {
+        memcpy(l.state.x, guess->x, sizeof l.state.x);
+    }
+    iterate(&l, &steady->residual);
+    steady->found = is_steady(&l, steady->residual);
+    kl_refresh(request->model, &l.state);
+    steady->state = l.state;
+    kl_rates(request->model, &l.state, &l.input, rates, &steady->output);
+    return CLI_OK;
 }

@@ -1,6 +1,6 @@
 /*
- * modes_linear.h - a model linearised about a steady state, and its eigenvalues. Private to
- * cmd_modes.c.
+ * modes_linear.h - the steady state of a model, and its eigenvalues linearised about it. Private to
+ * cmd_modes.c, cmd_critical.c and cmd_curve.c.
  */
 #ifndef MODES_LINEAR_H
 #define MODES_LINEAR_H
@@ -20,6 +20,7 @@ struct mode {
         double phase_rad; /* against the largest */
     } part[3];
     uint32_t n_parts;
+    uint32_t column; /* of its eigenvector in struct modes */
 };
 
 struct modes {
@@ -33,6 +34,9 @@ struct modes {
                                 the differences are taken four times as wide; 0 if not asked for */
     struct kl_state state;   /* the steady state */
     struct kl_output output; /* in it */
+    /* eigenvectors if asked for: state i of the mode in column k is at [i * n + k] */
+    double vector_re[KL_MAX_STATES * KL_MAX_STATES];
+    double vector_im[KL_MAX_STATES * KL_MAX_STATES];
 };
 
 /* The freedoms of a model: bodies' and wheelsets', each with the states of position and rate. */
@@ -52,7 +56,7 @@ struct modes_request {
     const struct modes_names *names;
     double speed_m_s;
     double at_m; /* distance */
-    bool parts;  /* eigenvectors too */
+    bool parts;  /* eigenvectors and parts too */
     bool check;  /* insensitivity too */
 };
 
@@ -63,5 +67,20 @@ struct modes_request {
  * or CLI_FAILED (printed).
  */
 int modes_find(const struct modes_request *request, struct modes *modes);
+
+/* The steady state alone, and the largest rate that is left in it. */
+struct modes_steady {
+    struct kl_state state;
+    struct kl_output output;
+    double residual;
+    bool found; /* the residual is zero but for rounding */
+};
+
+/*
+ * From `guess` on, or from the centred state where that is NULL. CLI_OK with `found` false where
+ * there is none, or CLI_FAILED (printed) where the model cannot start.
+ */
+int modes_steady(const struct modes_request *request, const struct kl_state *guess,
+                 struct modes_steady *steady);
 
 #endif
