@@ -37,7 +37,7 @@ def _cortex(name: str, machine: str, flags: str) -> Target:
     # enums are as short as can be there: checks for a negative one are always false, and right elsewhere
     command = ["arm-none-eabi-gcc", "-mthumb", *flags.split(), "-Wno-type-limits"]
     return Target(name, {"gcc": command}, "arm-none-eabi-",
-                  ("port/mps2/startup.c", "tests/target/semihosting.c"),
+                  ("port/mps2/startup.c", "port/mps2/soft_double.c", "tests/target/semihosting.c"),
                   ("-Iport/mps2", "-DMPS2_ENTRY=target_entry", "-nostartfiles", "--specs=rdimon.specs", "-T",
                    "port/mps2/mps2.ld", "-Wl,--defsym=STACK_BYTES=131072"), machine=machine)
 
