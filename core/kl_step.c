@@ -213,7 +213,7 @@ static inline void finish(kl_real *x, kl_real *rate, const kl_real *next, const 
     const kl_real change = next_rate[0] + (p - next[1]);
     KL_EACH_LANE(g) {
         kl_lane_store(x, g, kl_lane_quiet(kl_lane_of(next[0], p, g)));
-        kl_lane_store(rate, g, kl_lane_quiet(kl_lane_of(change, carried, g)));
+        kl_lane_store(rate, g, kl_lane_of(change, carried, g));
     }
 }
 
@@ -265,36 +265,24 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
     }
 }
 
-/* 1 where everything that goes into the new state is finite, and far enough below the largest real
- * for it to be so. */
+/* 1 where all accelerations are finite, and so far below the largest real that the new state will
+ * be; a place or a velocity that is not finite makes some acceleration so. */
 static int is_sound(const struct kl_model *model, const struct kl_evaluation *e) {
     kl_lane sum = kl_lane_all(KL_R(0));
     for (uint32_t b = 0; b < model->n_bodies; b++) {
-        const struct kl_body_motion *m = &e->body[b];
+        const kl_real *rate = e->body[b].rate;
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            KL_EACH_LANE(g) {
-                const kl_lane x = kl_lane_load(&m->x[2u * f], g);
-                const kl_lane rate = kl_lane_load(&m->rate[2u * f], g);
-                sum += x * x + rate * rate;
-            }
+            sum += kl_lane_all(rate[2u * f + 1u] * rate[2u * f + 1u]);
         }
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        const struct kl_axle *axle = &e->axle[w];
-        for (int i = 0; i < KL_WS_SPIN; i += 2) {
-            KL_EACH_LANE(g) {
-                const kl_lane x = kl_lane_load(&axle->x[i], g);
-                const kl_lane rate = kl_lane_load(&axle->rate[i], g);
-                sum += x * x + rate * rate;
-            }
-        }
-        const kl_real spin = axle->x[KL_WS_SPIN];
-        const kl_real spin_rate = axle->rate[KL_WS_SPIN];
-        sum += kl_lane_all(spin * spin + spin_rate * spin_rate);
+        const kl_real *rate = e->axle[w].rate;
+        const kl_real square = (rate[KL_WS_Y_RATE] * rate[KL_WS_Y_RATE] +
+                                rate[KL_WS_YAW_RATE] * rate[KL_WS_YAW_RATE]) +
+                               rate[KL_WS_SPIN] * rate[KL_WS_SPIN];
         KL_EACH_LANE(g) {
-            const kl_lane rise = KL_LANE(axle->rise, g);
             const kl_lane up = KL_LANE(e->forces[w].lifting.acceleration, g);
-            sum += rise * rise + up * up;
+            sum += kl_lane_all(square) + up * up;
         }
     }
     return kl_lane_is_0(sum - sum);
