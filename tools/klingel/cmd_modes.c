@@ -3,12 +3,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "modes_linear.h"
+#include "cli_plot.h"
+#include "cli_progress.h"
+#include "modes_critical.h"
+#include "modes_plot.h"
 
 #define TWO_PI 6.283185307179586
 #define MOST_SPEEDS 100000.0
-#define SCAN_STEP 0.5    /* m/s, between two looks at the stability */
-#define BISECTED 1e-6    /* m/s */
+#define DRAWN_SHAPES 4   /* if --plot alone asks for them */
 #define SENSITIVE 1e-4   /* relative change of an eigenvalue that is worth a warning */
 #define LOWEST_SPEED 0.1 /* m/s; below, creepages no longer divide by V */
 
@@ -23,7 +25,9 @@ struct arguments {
     const char *speeds;
     const char *critical;
     double at_m;
+    uint64_t shapes;
     const char *csv;
+    const char *plot;
     struct cli_target target;
 };
 
@@ -31,11 +35,14 @@ struct job {
     const struct kl_model *model;
     struct modes_names names;
     double at_m;
+    uint32_t shapes; /* to be printed */
     FILE *csv;
     bool text;
     bool warned;
     bool jump_warned;
     struct modes modes; /* large */
+    struct modes_tracks tracks;
+    uint32_t track[KL_MAX_STATES]; /* of each of the modes */
 };
 
 /* ---- ranges ---- */
@@ -135,7 +142,7 @@ static void parts_text(const struct job *job, const struct mode *mode, char *tex
 
 static void csv_header(FILE *csv) {
     fprintf(csv, "speed_m_s,mode,real_1_s,imag_rad_s,frequency_Hz,damping_ratio,dominant,share,"
-                 "second,second_share,third,third_share\n");
+                 "second,second_share,third,third_share,track,name\n");
 }
 
 static void csv_modes(const struct job *job, double speed_m_s) {
@@ -151,7 +158,9 @@ static void csv_modes(const struct job *job, double speed_m_s) {
                 fprintf(job->csv, ",,");
             }
         }
-        fputc('\n', job->csv);
+        const uint32_t t = job->track[i];
+        fprintf(job->csv, ",%u,\"%s\"\n", t + 1,
+                t < job->tracks.n ? job->tracks.track[t].name : "");
     }
 }
 
@@ -186,12 +195,17 @@ static void print_modes(const struct job *job, double speed_m_s) {
         printf("  neutral (below %g rad/s) and left out of the verdict: %u\n", MODES_NEUTRAL,
                job->modes.n_neutral);
     }
+    uint32_t chosen[MODES_MAX_SHAPES];
+    uint32_t n = modes_choose(&job->modes, job->shapes, chosen);
+    modes_print_shapes(&job->names, &job->modes, chosen, n);
 }
 
 /* A speed without a steady state is said, and the others are shown all the same. */
 static int show_speeds(struct job *job, const struct range *range) {
     double count = floor((range->high - range->low) / range->step * (1.0 + 1e-12) + 1e-9);
     int status = CLI_OK;
+    struct cli_progress progress;
+    cli_progress_begin(&progress);
     for (double i = 0.0; i <= count; i += 1.0) {
         double speed = fmin(range->low + i * range->step, range->high);
         if (find(job, speed, true) != CLI_OK) {
@@ -199,89 +213,64 @@ static int show_speeds(struct job *job, const struct range *range) {
             continue;
         }
         warn_of_jumps(job, speed);
+        int tracked = modes_tracks_add(&job->tracks, &job->modes, speed, job->track);
+        status = status == CLI_OK ? tracked : status;
         if (job->text) {
             print_modes(job, speed);
+        } else {
+            cli_progress_show(&progress, (i + 1.0) / (count + 1.0), "modes");
         }
         if (job->csv != NULL) {
             csv_modes(job, speed);
         }
     }
+    cli_progress_end(&progress);
     return status;
 }
 
 /* ---- critical speeds ---- */
 
-/* The speed between the two at which stability changes; *stable is that at `low`. */
-static int bisect(struct job *job, double low, double high, bool stable, double *speed) {
-    while (high - low > BISECTED) {
-        double middle = 0.5 * (low + high);
-        int status = find(job, middle, false);
-        if (status != CLI_OK) {
-            return status;
-        }
-        if ((job->modes.largest_real < 0.0) == stable) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    *speed = 0.5 * (low + high);
-    return CLI_OK;
-}
-
-static const struct mode *least_stable(const struct modes *modes) {
-    const struct mode *worst = NULL;
-    for (uint32_t i = 0; i < modes->n_modes; i++) {
-        const struct mode *mode = &modes->mode[i];
-        if (hypot(mode->real, mode->imag) > MODES_NEUTRAL &&
-            (worst == NULL || mode->real > worst->real)) {
-            worst = mode;
-        }
-    }
-    return worst;
-}
-
-static int show_crossing(struct job *job, double low, double high, bool stable) {
-    double speed = 0.0;
-    int status = bisect(job, low, high, stable, &speed);
-    status = status == CLI_OK ? find(job, speed, true) : status;
+static int show_crossing(struct job *job, const struct modes_crossing *crossing) {
+    int status = find(job, crossing->speed_m_s, true);
     if (status != CLI_OK) {
         return status;
     }
-    const struct mode *mode = least_stable(&job->modes);
+    const struct mode *mode = modes_least_stable(&job->modes);
     if (job->text) {
         char text[200];
         parts_text(job, mode, text, sizeof text);
-        printf("%12.6f m/s (%.3f km/h): %s at %.5g Hz, %s\n", speed, 3.6 * speed,
-               stable ? "becomes unstable" : "becomes stable", mode->imag / TWO_PI, text);
+        printf("%12.6f m/s (%.3f km/h): %s at %.5g Hz, %s\n", crossing->speed_m_s,
+               3.6 * crossing->speed_m_s,
+               crossing->stable_below ? "becomes unstable" : "becomes stable", mode->imag / TWO_PI,
+               text);
     }
     if (job->csv != NULL) {
-        fprintf(job->csv, "%.12g,%s,%.12g,%s\n", speed, stable ? "unstable" : "stable",
-                mode->imag / TWO_PI, job->names.freedom[mode->part[0].freedom].name);
+        fprintf(job->csv, "%.12g,%s,%.12g,%s\n", crossing->speed_m_s,
+                crossing->stable_below ? "unstable" : "stable", mode->imag / TWO_PI,
+                job->names.freedom[mode->part[0].freedom].name);
     }
     return CLI_OK;
 }
 
 static int show_critical(struct job *job, const struct range *range) {
-    int status = find(job, range->low, false);
-    bool stable = job->modes.largest_real < 0.0;
-    unsigned found = 0;
-    double last = range->low;
-    if (status == CLI_OK && job->text) {
+    struct modes_scan scan = {.model = job->model,
+                              .names = &job->names,
+                              .at_m = job->at_m,
+                              .low_m_s = range->low,
+                              .high_m_s = range->high,
+                              .work = &job->modes};
+    int status = modes_scan(&scan);
+    if (status != CLI_OK) {
+        return status;
+    }
+    if (job->text) {
         printf("critical speeds from %g to %g m/s (%s at %g m/s)\n", range->low, range->high,
-               stable ? "stable" : "unstable", range->low);
+               scan.stable_at_low ? "stable" : "unstable", range->low);
     }
-    while (status == CLI_OK && last < range->high) {
-        double next = fmin(last + range->step, range->high);
-        status = find(job, next, false);
-        if (status == CLI_OK && (job->modes.largest_real < 0.0) != stable) {
-            status = show_crossing(job, last, next, stable);
-            stable = !stable;
-            found++;
-        }
-        last = next;
+    for (size_t i = 0; i < scan.n && status == CLI_OK; i++) {
+        status = show_crossing(job, &scan.crossing[i]);
     }
-    if (status == CLI_OK && found == 0 && job->text) {
+    if (status == CLI_OK && scan.n == 0 && job->text) {
         printf("  none\n");
     }
     return status;
@@ -289,9 +278,26 @@ static int show_critical(struct job *job, const struct range *range) {
 
 /* ---- the command ---- */
 
-static int perform(struct job *job, const struct arguments *a) {
+static int draw(struct job *job, const struct kl_vehicle_def *vehicle, const struct arguments *a) {
+    uint32_t chosen[MODES_MAX_SHAPES];
+    if (a->speeds != NULL) {
+        return modes_plot_locus(a->plot, job->model, &job->tracks);
+    }
+    const uint32_t most = job->shapes > 0 ? job->shapes : DRAWN_SHAPES;
+    const struct modes_shapes shapes = {.model = job->model,
+                                        .vehicle = vehicle,
+                                        .names = &job->names,
+                                        .modes = &job->modes,
+                                        .chosen = chosen,
+                                        .n = modes_choose(&job->modes, most, chosen),
+                                        .speed_m_s = a->speed_m_s};
+    return modes_plot_shapes(a->plot, &shapes);
+}
+
+static int perform(struct job *job, const struct kl_vehicle_def *vehicle,
+                   const struct arguments *a) {
     struct range speeds = {a->speed_m_s, a->speed_m_s, 1.0};
-    struct range critical = {1.0, KL_MAX_SPEED_M_S, SCAN_STEP};
+    struct range critical = {1.0, KL_MAX_SPEED_M_S, MODES_SCAN_STEP};
     struct cli_output csv = {0};
     int status = CLI_OK;
     if (a->speeds != NULL) {
@@ -309,22 +315,29 @@ static int perform(struct job *job, const struct arguments *a) {
     }
     job->csv = csv.file;
     job->text = !cli_is_stdout(a->csv);
+    job->shapes = (uint32_t)a->shapes;
     modes_name(job->model, &job->names);
+    status = modes_tracks_begin(&job->tracks, &job->names);
     const bool modes = a->critical == NULL || a->speeds != NULL || !isnan(a->speed_m_s);
-    if (modes) {
+    if (modes && status == CLI_OK) {
         if (job->csv != NULL) {
             csv_header(job->csv);
         }
         status = show_speeds(job, &speeds);
         job->csv = NULL; /* holds one kind of table */
+        if (a->plot != NULL && job->tracks.any) {
+            int drawn = draw(job, vehicle, a);
+            status = status == CLI_OK ? drawn : status;
+        }
     }
-    if (a->critical != NULL) {
+    if (a->critical != NULL && job->tracks.last != NULL) {
         if (job->csv != NULL) {
             fprintf(job->csv, "critical_speed_m_s,becomes,frequency_Hz,dominant\n");
         }
         int shown = show_critical(job, &critical);
         status = status == CLI_OK ? shown : status;
     }
+    modes_tracks_free(&job->tracks);
     /* modes that were found are kept; a list of critical speeds is whole or useless */
     int written = cli_output_close(&csv, modes ? CLI_OK : status);
     status = status == CLI_OK ? written : status;
@@ -349,6 +362,15 @@ static int check(const struct arguments *a) {
     if (a->speeds != NULL && !isnan(a->speed_m_s)) {
         return cli_misuse("--speed and --speeds exclude each other");
     }
+    if (a->shapes > 0 && isnan(a->speed_m_s)) {
+        return cli_misuse("--shapes needs --speed: shapes are those of one speed");
+    }
+    if (a->plot != NULL && !modes) {
+        return cli_misuse("--plot needs --speeds (root locus) or --speed (shapes)");
+    }
+    if (a->plot != NULL && cli_is_stdout(a->plot) && cli_is_stdout(a->csv)) {
+        return cli_misuse("--csv and --plot cannot both go to standard output");
+    }
     if (modes && a->critical != NULL && cli_is_stdout(a->csv)) {
         return cli_misuse("--csv to standard output holds modes or critical speeds, not both");
     }
@@ -372,6 +394,17 @@ int cmd_modes(int argc, char **argv) {
          .value = &a.critical,
          .help = "every speed at which stability changes, to 1e-6 m/s: looked for in\n"
                  "steps of 0.5 m/s, then bisected; default 1:150 m/s"},
+        {.name = "--shapes",
+         .argument = "N",
+         .kind = CLI_COUNT,
+         .value = &a.shapes,
+         .low = 1,
+         .high = MODES_MAX_SHAPES,
+         .help = "with --speed: the shapes of the N least damped modes that swing, every\n"
+                 "freedom with amplitude and phase; 1..12"},
+        cli_plot_option(&a.plot,
+                        "with --speeds: root locus, frequency and damping over the speed; with\n"
+                        "--speed: shapes (4, or as many as --shapes says). .png, .pdf or .svg"),
         cli_place_option("--at", &a.at_m,
                          "where on the track, m; default 0. The whole vehicle should stand on\n"
                          "one curvature there"),
@@ -388,9 +421,13 @@ int cmd_modes(int argc, char **argv) {
             "their phases. The model is linearised by central differences of its equations; a\n"
             "warning tells where the result depends on how wide these are. Stability is that of\n"
             "the largest real part; eigenvalues below 0.001 rad/s count as neutral (a freedom\n"
-            "that nothing holds) and do not enter.",
+            "that nothing holds) and do not enter. Over a range of speeds each mode is followed "
+            "and\n"
+            "keeps its number and name (CSV columns track and name).",
         .example = "klingel modes models/restrained_wheelset.yaml --critical\n"
-                   "klingel modes models/two_axle_wagon.yaml --speeds 10:60:10 --csv modes.csv\n",
+                   "klingel modes models/two_axle_wagon.yaml --speeds 10:60:10 --csv modes.csv\n"
+                   "klingel modes models/two_axle_wagon.yaml --speeds 5:60:1 --plot locus.png\n"
+                   "klingel modes models/two_axle_wagon.yaml --speed 30 --shapes 3 --plot s.png\n",
         .options = options,
         .n_options = sizeof options / sizeof options[0]};
     if (!cli_parse(&command, argc, argv, &a.target, &status) || (status = check(&a)) != CLI_OK) {
@@ -407,7 +444,7 @@ int cmd_modes(int argc, char **argv) {
     } else {
         job->model = &m.model;
         job->at_m = a.at_m;
-        status = perform(job, &a);
+        status = perform(job, &m.file.vehicle, &a);
     }
     free(job);
     cli_model_close(&m);
