@@ -6,13 +6,14 @@
  * Rest is stable for p < 0. Cycles: r^2 = (1 +- sqrt(1 + 4 p))/2, + stable, - unstable; they meet
  * in the fold at p = -1/4, r = sqrt(1/2).
  */
-#include <cmocka.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#include <cmocka.h>
 
 #include "cycle.h"
 
