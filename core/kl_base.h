@@ -20,13 +20,19 @@ typedef float kl_real;
 typedef double kl_real;
 #endif
 
-/* Capacities: the largest vehicle that a kl_state can hold. Override with -D; the same values must
- * be used for everything that is linked together. */
+/* Capacities: the largest vehicle, or train, that a kl_state can hold. Override with -D; the same
+ * values must be used for everything that is linked together. Unless told otherwise a target with
+ * an operating system has room for a train of ten four-axle vehicles, bare metal for one vehicle. */
+#if defined(__unix__) || defined(__APPLE__) || defined(_WIN32)
+#define KL_ROOM(train, vehicle) (train)
+#else
+#define KL_ROOM(train, vehicle) (vehicle)
+#endif
 #ifndef KL_MAX_BODIES
-#define KL_MAX_BODIES 8
+#define KL_MAX_BODIES KL_ROOM(32, 8)
 #endif
 #ifndef KL_MAX_WHEELSETS
-#define KL_MAX_WHEELSETS 8
+#define KL_MAX_WHEELSETS KL_ROOM(40, 8)
 #endif
 #if KL_MAX_BODIES < 1 || KL_MAX_BODIES > 127
 #error "KL_MAX_BODIES must be 1..127"

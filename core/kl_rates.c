@@ -174,6 +174,12 @@ static void suspension_forces(const struct kl_suspension *restrict suspension,
     }
 }
 
+static struct kl_slip_origin slips_of(const struct kl_model *model, const struct kl_origin *from) {
+    const uint32_t first = kl_slip_states(model);
+    const struct kl_slip_origin slips = {&from->x[first], &from->rate[first], from->h};
+    return slips;
+}
+
 /* ---- moving ---- */
 
 static void move_bodies(const struct kl_model *model, const struct kl_stage *stage,
@@ -237,6 +243,8 @@ void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
     place_bodies(model, from, stage, e, &motions);
     place_wheelsets(model, from, stage, e, &motions);
     suspension_forces(&model->suspension, &motions, force);
+    const struct kl_slip_origin slips = slips_of(model, from);
+    kl_struts_act(&model->struts, &slips, motions.q, input, force, &e->slipped);
     load_wheelsets(model, stage, input, force, e);
     move_bodies(model, stage, input, force, e);
     move_wheelsets(model, e);
@@ -256,7 +264,7 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
         motions.q[i][RATE] = KL_R(0);
     }
     suspension_forces(&model->suspension, &motions, force);
-    kl_real twice = KL_R(0);
+    kl_real twice = kl_struts_energy(&model->struts, slips_of(model, &here).u, motions.q);
     for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
         twice -= motions.q[i][COORDINATE] * force[i];
     }

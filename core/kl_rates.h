@@ -5,6 +5,7 @@
 #define KL_RATES_H
 
 #include "kl_axle.h"
+#include "kl_strut.h"
 #include "kl_suspension.h"
 
 /* When and how fast a stage stands. */
@@ -29,6 +30,7 @@ struct kl_evaluation {
     struct kl_body_motion body[KL_MAX_BODIES];
     struct kl_axle axle[KL_MAX_WHEELSETS];
     struct kl_axle_forces forces[KL_MAX_WHEELSETS];
+    struct kl_slipped slipped;
     uint32_t faults;
 };
 

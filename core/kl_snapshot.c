@@ -58,6 +58,9 @@ static uint64_t hash_word(uint64_t hash, uint64_t word) {
 
 /* States, their rates and the lifts, in one row. */
 #define LIFT_WORDS (3u * KL_SIDES)
+/* A state does not know its wheelsets. The hash takes the lifts of this many, and of more where they
+ * are not 0: so it does not depend on how many the build has room for. */
+#define LIFTS_ALWAYS 8u
 static uint32_t count_words(uint32_t n_states, uint32_t n_wheelsets) {
     return 2u * n_states + LIFT_WORDS * n_wheelsets;
 }
@@ -95,8 +98,12 @@ uint64_t kl_state_hash(const struct kl_state *state) {
     h = hash_word(h, word_of(state->s_m));
     h = hash_word(h, word_of(state->speed_m_s));
     const uint32_t n = count_words(state->n_states, KL_MAX_WHEELSETS);
-    for (uint32_t i = 0; i < n; i++) {
-        h = hash_word(h, word_of(value_at(state, i)));
+    const uint32_t always = count_words(state->n_states, LIFTS_ALWAYS);
+    for (uint32_t i = 0; i < (n > always ? n : always); i++) {
+        const uint64_t word = i < n ? word_of(value_at(state, i)) : 0u;
+        if (i < always || word != 0u) {
+            h = hash_word(h, word);
+        }
     }
     return h;
 }

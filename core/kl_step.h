@@ -16,10 +16,12 @@ extern "C" {
 #define KL_MAX_SPEED_M_S 150.0
 
 /* States: per body each freedom that it has, coordinate and rate, then per wheelset y, y', psi, psi'
- * + kappa V, Omega. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point
- * at height z is y' - z V phi0'. */
+ * + kappa V, Omega, then per series damper or friction element how far its damper or slider has
+ * moved. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point at height z
+ * is y' - z V phi0'. */
 #define KL_WHEELSET_STATES 5
-#define KL_MAX_STATES (2 * KL_FREEDOMS * KL_MAX_BODIES + KL_WHEELSET_STATES * KL_MAX_WHEELSETS)
+#define KL_MAX_STATES                                                                              \
+    (2 * KL_FREEDOMS * KL_MAX_BODIES + KL_WHEELSET_STATES * KL_MAX_WHEELSETS + KL_MAX_SLIPS)
 enum kl_wheelset_state { KL_WS_Y = 0, KL_WS_Y_RATE, KL_WS_YAW, KL_WS_YAW_RATE, KL_WS_SPIN };
 
 /* Faults: bits, latched in the state until kl_init or kl_clear_faults. */
@@ -65,6 +67,7 @@ struct kl_input {
                            [KL_SIDES]; /* multiplies mu, 0..2; kl_input_init sets 1 */
     kl_real
         side_force_N[KL_MAX_BODIES]; /* lateral force at a body's centre of mass, positive right */
+    kl_real actuator_N[KL_MAX_ACTUATORS]; /* of the elements with an actuator; N, or N m */
 };
 
 /* One contact of a wheel. */

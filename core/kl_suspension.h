@@ -13,9 +13,12 @@ static inline uint32_t kl_freedoms_of(const struct kl_body *body) {
     return n;
 }
 
-/* How many states the bodies have; the wheelsets' follow them. */
+/* Where the states of the slips begin, the last ones; and those of the wheelsets before them. */
+static inline uint32_t kl_slip_states(const struct kl_model *model) {
+    return model->n_states - model->struts.n_slips;
+}
 static inline uint32_t kl_wheelset_states(const struct kl_model *model) {
-    return model->n_states - KL_WHEELSET_STATES * model->n_wheelsets;
+    return kl_slip_states(model) - KL_WHEELSET_STATES * model->n_wheelsets;
 }
 
 /* Coordinates of body b's five freedoms and wheelset w's four (y, z, roll, yaw) in a vehicle of
@@ -27,11 +30,16 @@ static inline uint32_t kl_wheelset_coordinate(uint32_t n_bodies, uint32_t w) {
     return KL_FREEDOMS * n_bodies + 4u * w;
 }
 
-/* Checks the elements, assembles stiffness and damping, and finds the static reactions on the
- * wheelsets: `preload` has four entries a wheelset, `axle_z_m` each axle's height (negative). The
- * sparse rows are the arena's; scratch is given back. */
+/* Checks elements and linkages, assembles stiffness and damping, and finds the static reactions on
+ * the wheelsets: `preload` has four entries a wheelset, `axle_z_m` each axle's height (negative).
+ * The sparse rows are the arena's; scratch is given back. */
 enum kl_status kl_suspension_build(const struct kl_vehicle_def *def, const double *axle_z_m,
                                    struct kl_arena *arena, struct kl_suspension *suspension,
                                    double *preload, struct kl_diag *diag);
+
+/* The elements that are not linear. They have been checked by kl_suspension_build. */
+enum kl_status kl_struts_build(const struct kl_vehicle_def *def, const double *axle_z_m,
+                               struct kl_arena *arena, struct kl_struts *struts,
+                               struct kl_diag *diag);
 
 #endif

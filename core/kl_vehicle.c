@@ -76,13 +76,16 @@ static enum kl_status check_wheelset(const struct kl_vehicle_def *def, uint32_t 
 
 static enum kl_status check_vehicle(const struct kl_vehicle_def *def, struct kl_diag *diag) {
     if (def->n_bodies > KL_MAX_BODIES || def->n_wheelsets > KL_MAX_WHEELSETS ||
-        def->n_pairs > KL_MAX_PAIRS || def->n_elements > KL_MAX_ELEMENTS) {
+        def->n_pairs > KL_MAX_PAIRS || def->n_elements > KL_MAX_ELEMENTS ||
+        def->n_linkages > KL_MAX_LINKAGES) {
         return kl_report(diag, KL_ERR_CAPACITY,
-                         "vehicle: too many bodies, wheelsets, pairs or elements", -1, 0.0);
+                         "vehicle: too many bodies, wheelsets, pairs, elements or linkages", -1,
+                         0.0);
     }
     if (def->n_wheelsets == 0 || def->n_pairs == 0 || def->wheelsets == NULL ||
         def->pairs == NULL || (def->n_bodies != 0 && def->bodies == NULL) ||
-        (def->n_elements != 0 && def->elements == NULL) || def->track == NULL) {
+        (def->n_elements != 0 && def->elements == NULL) ||
+        (def->n_linkages != 0 && def->linkages == NULL) || def->track == NULL) {
         return kl_report(diag, KL_ERR_ARGUMENT, "vehicle: needs a wheelset, a pair and a track", -1,
                          0.0);
     }
@@ -182,12 +185,13 @@ static enum kl_status build_parts(const struct kl_vehicle_def *def, struct kl_ar
     for (uint32_t i = 0; i < def->n_wheelsets; i++) {
         axle_z_m[i] = -(double)model->pairs[def->wheelsets[i].pair].radius_m;
     }
-    const enum kl_status status =
+    enum kl_status status =
         kl_suspension_build(def, axle_z_m, arena, &model->suspension, preload, diag);
+    status = status == KL_OK ? kl_struts_build(def, axle_z_m, arena, &model->struts, diag) : status;
     if (status != KL_OK) {
         return status;
     }
-    model->n_states = KL_WHEELSET_STATES * def->n_wheelsets;
+    model->n_states = KL_WHEELSET_STATES * def->n_wheelsets + model->struts.n_slips;
     for (uint32_t i = 0; i < def->n_bodies; i++) {
         set_body(&bodies[i], &def->bodies[i]);
         model->n_states += 2u * kl_freedoms_of(&bodies[i]);
@@ -290,6 +294,23 @@ static uint64_t hash_pairs(uint64_t h, const struct kl_model *m) {
     return h;
 }
 
+/* Only where there are any: so models without are known by the hash that they had before. */
+static uint64_t hash_struts(uint64_t h, const struct kl_struts *s) {
+    const uint32_t n = kl_count_struts(s);
+    if (n == 0) {
+        return h;
+    }
+    h = hash_u32(hash_u32(h, s->n_slips), s->n_stops);
+    h = hash_u32(hash_u32(h, s->n_dampers), s->n_actuators);
+    h = kl_hash_bytes(h, s->term_start, (n + 1u) * sizeof(uint16_t));
+    h = kl_hash_bytes(h, s->column, s->n_terms * sizeof(uint16_t));
+    h = kl_hash_bytes(h, s->factor, s->n_terms * sizeof(kl_real));
+    h = kl_hash_bytes(h, s->slip, s->n_slips * sizeof(struct kl_slip));
+    h = kl_hash_bytes(h, s->bend_start, (2u * (s->n_stops + s->n_dampers) + 1u) * sizeof(uint16_t));
+    h = kl_hash_bytes(h, s->bend, s->n_bends * sizeof(struct kl_bend));
+    return kl_hash_bytes(h, s->input, s->n_actuators * sizeof(uint16_t));
+}
+
 uint64_t kl_model_hash(const struct kl_model *m) {
     uint64_t h = KL_HASH_SEED;
     h = hash_u32(hash_u32(h, m->version), m->real_bytes);
@@ -305,6 +326,7 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     h = kl_hash_bytes(h, s->row_start, (s->n_coordinates + 1u) * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->column, s->n_entries * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->spring, s->n_entries * sizeof(struct kl_spring));
+    h = hash_struts(h, &m->struts);
     h = hash_u32(hash_u32(h, m->track.n_pieces), m->track.n_bins);
     h = hash_real(h, m->track.inv_bin_1_m);
     h = kl_hash_bytes(h, m->track.piece, m->track.n_pieces * sizeof(struct kl_piece));
@@ -316,6 +338,42 @@ uint64_t kl_model_hash(const struct kl_model *m) {
                           (m->track.n_samples + 2u) * sizeof(struct kl_irregularity_row));
     }
     return h;
+}
+
+/* Terms and bends in order and within the model, inputs within kl_input. */
+static int has_sound_struts(const struct kl_model *m) {
+    const struct kl_struts *s = &m->struts;
+    const uint32_t most = KL_MAX_ELEMENTS;
+    if (s->n_slips > KL_MAX_SLIPS || s->n_stops > most || s->n_dampers > most ||
+        s->n_actuators > most || s->n_terms > UINT16_MAX || s->n_bends > UINT16_MAX) {
+        return 0;
+    }
+    const uint32_t n = kl_count_struts(s);
+    const uint32_t tables = 2u * (s->n_stops + s->n_dampers);
+    if (n == 0) {
+        return 1;
+    }
+    if (s->term_start == NULL || s->column == NULL || s->factor == NULL ||
+        (s->n_slips != 0 && s->slip == NULL) ||
+        (tables != 0 && (s->bend_start == NULL || s->bend == NULL)) ||
+        (s->n_actuators != 0 && s->input == NULL) || s->term_start[n] != s->n_terms ||
+        (tables != 0 && s->bend_start[tables] != s->n_bends)) {
+        return 0;
+    }
+    int sound = 1;
+    for (uint32_t i = 0; i < n; i++) {
+        sound = sound && s->term_start[i] <= s->term_start[i + 1u];
+    }
+    for (uint32_t i = 0; i < tables; i++) {
+        sound = sound && s->bend_start[i] <= s->bend_start[i + 1u];
+    }
+    for (uint32_t i = 0; i < s->n_terms; i++) {
+        sound = sound && s->column[i] < m->suspension.n_coordinates;
+    }
+    for (uint32_t i = 0; i < s->n_actuators; i++) {
+        sound = sound && s->input[i] < KL_MAX_ACTUATORS;
+    }
+    return sound;
 }
 
 /* What the hash itself and the step rely on without asking. */
@@ -350,7 +408,7 @@ static int has_sound_tables(const struct kl_model *m) {
             return 0;
         }
     }
-    return 1;
+    return has_sound_struts(m);
 }
 
 enum kl_status kl_model_check(const struct kl_model *model) {

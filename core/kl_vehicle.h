@@ -18,7 +18,16 @@ extern "C" {
 #define KL_MODEL_VERSION 1u
 #define KL_NAME_SIZE 32
 #define KL_MAX_PAIRS 4
-#define KL_MAX_ELEMENTS 256
+#define KL_MAX_ELEMENTS 1024
+#define KL_MAX_LINKAGES 256
+#define KL_MAX_TERMS 8         /* of a linkage */
+#define KL_MAX_TABLE_POINTS 32 /* of a force over deflection or velocity */
+#ifndef KL_MAX_SLIPS
+#define KL_MAX_SLIPS (4 * KL_MAX_BODIES) /* series dampers and friction elements */
+#endif
+#ifndef KL_MAX_ACTUATORS
+#define KL_MAX_ACTUATORS KL_MAX_BODIES
+#endif
 
 /* The freedoms of a body, in this order everywhere. */
 enum kl_freedom { KL_Y = 0, KL_Z = 1, KL_ROLL = 2, KL_PITCH = 3, KL_YAW = 4, KL_FREEDOMS = 5 };
@@ -50,12 +59,63 @@ struct kl_wheelset_def {
     struct kl_creep_def creep;
 };
 
+/* The direction in which an element's line, slip, stop, damper and actuator work: along or about an
+ * axis, or on the line from point b to point a. Its deflection is the motion of a less that of b;
+ * on the line, how much longer it grows. */
+enum kl_along {
+    KL_ALONG_X = 0,
+    KL_ALONG_Y,
+    KL_ALONG_Z,
+    KL_ALONG_ROLL,
+    KL_ALONG_PITCH,
+    KL_ALONG_YAW,
+    KL_ALONG_LINE
+};
+
 /*
- * A linear spring and damper, parallel, in three directions and about three axes, between a point
- * of one body and a point of another. Order of k and c: x, y, z (N/m, N s/m), about x, y, z (N
- * m/rad, N m s/rad). A wheelset rolls freely and does not pitch with its axle boxes: it takes no
- * longitudinal force but as a yaw moment, so in an element that ends on a wheelset the x direction
- * knows yaw alone, not pitch.
+ * What becomes of the load that an element carries at rest, P, when its ends move: it stays
+ * vertical, so its lines of action part, and the bodies lean under it.
+ *   KL_SWAY_NONE     nothing: the ordinary linear spring
+ *   KL_SWAY_CLAMPED  a coil or air spring, both ends clamped, point_a = point_b at half its height,
+ *                    k measured in shear under the load: besides k s each end bears half of the
+ *                    couple P s, and leaning ends push aside with P times their mean angle
+ *   KL_SWAY_PINNED   a strut, or a link in tension, hinged at point_a and point_b: -P/h times the
+ *                    displacement, h the height of a above b (a hanging link restores)
+ * In all but the first case the load also turns the bodies that lean about their centres.
+ */
+enum kl_sway { KL_SWAY_NONE = 0, KL_SWAY_CLAMPED, KL_SWAY_PINNED };
+
+/* Force (or moment) over deflection or velocity, straight between points and beyond the outer ones;
+ * `at` growing, force never falling, and 0 at 0. */
+struct kl_table_def {
+    uint32_t n; /* 0: none; else 2 .. KL_MAX_TABLE_POINTS */
+    const double *at;
+    const double *force;
+};
+
+/*
+ * A spring in series with a damper, with a slider, or with both: its force f = k w follows w' = d' -
+ * f/c while |f| < limit, and d goes on alone at the limit.
+ *   series spring-damper   k, c, limit = 0 for none; a damper that blows off: with its limit
+ *   Coulomb friction       k, c = 0 for none, limit the friction force: sticks elastically, then
+ *                          slides
+ */
+struct kl_slip_def {
+    double k;     /* > 0; 0: no such part */
+    double c;     /* > 0, or 0: no damper */
+    double limit; /* > 0, or 0: no slider */
+};
+
+/*
+ * What acts between a point of one body and a point of another; all of it at once, parallel.
+ * k and c: linear springs and dampers in three directions and about three axes, in the order x, y,
+ * z (N/m, N s/m), about x, y, z (N m/rad, N m s/rad). An anti-roll bar is a k about x. `line`: a
+ * spring and damper on the line of the points, as a traction rod. The rest along `along`, in N or N
+ * m. Stops and slips count deflections from the loaded vehicle at rest: they carry none of the
+ * weight.
+ * A wheelset rolls freely and does not pitch with its axle boxes: it takes no longitudinal force but
+ * as a yaw moment, so in an element that ends on a wheelset the x direction knows yaw alone, not
+ * pitch.
  */
 struct kl_element_def {
     char name[KL_NAME_SIZE];
@@ -65,6 +125,40 @@ struct kl_element_def {
     double point_b_m[3];
     double k[6]; /* >= 0 */
     double c[6]; /* >= 0 */
+    enum kl_sway sway;
+    double line_k_N_m;   /* >= 0 */
+    double line_c_Ns_m;  /* >= 0 */
+    enum kl_along along; /* of all that follow */
+    struct kl_slip_def slip;
+    struct kl_table_def stop;   /* force over deflection */
+    struct kl_table_def damper; /* force over velocity */
+    uint32_t actuator;          /* i: input->actuator_N[i - 1] pushes a and pulls b; 0: none */
+};
+
+/* One coordinate of a linkage. */
+struct kl_term_def {
+    int32_t end; /* a body or a wheelset; not the ground */
+    enum kl_freedom freedom;
+    double factor;
+};
+
+/*
+ * A linkage ties a linear combination of coordinates: with u = sum factor coordinate it stores k
+ * u^2/2 and takes c u'^2. In N/m where u is a length, in N m/rad where it is an angle. A wheelset
+ * has y, z, roll and yaw. Coordinates are those of the centres; shifting or turning the whole
+ * vehicle sideways must leave u alone, or the linkage would tie it to the track.
+ * A rigid one is not eliminated, for the yaw of a wheelset is integrated together with its creep: it
+ * gets the stiffness that, on the inertias in it, has the angular frequency 1/step (159 Hz at 1 ms;
+ * half of what the step could bear), and a third of critical damping. Rigid linkages that share
+ * coordinates share it. A rigid linkage that others already imply is a loop, and refused.
+ */
+struct kl_linkage_def {
+    char name[KL_NAME_SIZE];
+    uint32_t n_terms; /* 2 .. KL_MAX_TERMS */
+    struct kl_term_def term[KL_MAX_TERMS];
+    double k;  /* >= 0 */
+    double c;  /* >= 0 */
+    int rigid; /* 1: k and c are the builder's */
 };
 
 struct kl_vehicle_def {
@@ -75,10 +169,12 @@ struct kl_vehicle_def {
     uint32_t n_bodies;
     uint32_t n_wheelsets; /* at least 1 */
     uint32_t n_elements;
+    uint32_t n_linkages;
     uint32_t n_pairs;
     const struct kl_body_def *bodies;
     const struct kl_wheelset_def *wheelsets;
     const struct kl_element_def *elements;
+    const struct kl_linkage_def *linkages;
     const struct kl_pair_def *pairs;
     const struct kl_track_def *track;
 };
@@ -126,6 +222,41 @@ struct kl_suspension {
     const struct kl_spring *spring; /* n_entries */
 };
 
+/*
+ * What is not linear, or has a state of its own: forces along one direction each, d = sum factor
+ * q[column]. In this order: slips, stops, dampers, actuators.
+ */
+struct kl_slip {
+    kl_real k;
+    kl_real inv_c;  /* 0: no damper */
+    kl_real most_m; /* w at the limit */
+    kl_real gain;   /* w at the end of a step = gain (d - u) + carry u', see kl_strut.c */
+    kl_real carry;
+};
+/* A bend of a table: from `at` on, away from 0, the force has this slope more. */
+struct kl_bend {
+    kl_real at;
+    kl_real slope;
+};
+struct kl_struts {
+    uint32_t n_slips;
+    uint32_t n_stops;
+    uint32_t n_dampers;
+    uint32_t n_actuators;
+    uint32_t n_terms;
+    uint32_t n_bends;
+    const uint16_t *term_start; /* one more than there are struts */
+    const uint16_t *column;     /* n_terms */
+    const kl_real *factor;      /* n_terms */
+    const struct kl_slip *slip;
+    const uint16_t *bend_start; /* of each stop and damper: bends above 0, bends below; one more */
+    const struct kl_bend *bend; /* n_bends */
+    const uint16_t *input;      /* of each actuator: index into actuator_N */
+};
+static inline uint32_t kl_count_struts(const struct kl_struts *s) {
+    return s->n_slips + s->n_stops + s->n_dampers + s->n_actuators;
+}
+
 struct kl_model {
     uint32_t version;
     uint32_t real_bytes;
@@ -142,6 +273,7 @@ struct kl_model {
     const struct kl_wheelset *wheelsets;
     const struct kl_pair *pairs;
     struct kl_suspension suspension;
+    struct kl_struts struts;
     struct kl_track track;
     uint64_t hash; /* of everything above that the step reads */
 };
@@ -149,8 +281,10 @@ struct kl_model {
 /*
  * Builds a model into `arena`; the definition is not needed afterwards. On KL_ERR_MEMORY give
  * `arena->wanted` bytes or more and try again (a few tries may be needed). Every other error names
- * the culprit in `diag` (may be NULL). KL_ERR_SINGULAR: a body has a vertical, roll or pitch
- * freedom that nothing holds: no static equilibrium. Bound: the sum of its parts.
+ * the culprit in `diag` (may be NULL). KL_ERR_SINGULAR: a body is tied to nothing, or has a
+ * vertical, roll or pitch freedom that nothing holds: no static equilibrium; or a rigid linkage
+ * closes a loop. Bound: the sum of its parts; the static equilibrium is cubic in the bodies'
+ * freedoms.
  */
 enum kl_status kl_build(const struct kl_vehicle_def *def, struct kl_arena *arena,
                         struct kl_model *model, struct kl_diag *diag);
