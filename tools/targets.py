@@ -10,7 +10,7 @@ import dataclasses
 import pathlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-STRICT = "-std=c11 -ffp-contract=off -fno-fast-math -fno-math-errno".split()
+STRICT = "-std=c11 -ffp-contract=off -fno-fast-math -fno-math-errno -fno-trapping-math".split()
 WARN = "-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wvla -Werror".split()
 
 

@@ -26,7 +26,7 @@ static struct kl_can_counts before;
 static struct kl_can_frame make(uint32_t id, unsigned flags, uint8_t length, uint8_t fill) {
     struct kl_can_frame frame = {.id = id, .flags = (uint8_t)flags, .length = length};
     if ((flags & KL_CAN_REMOTE) == 0) {
-        for (uint8_t i = 0; i < length; i++)
+        for (unsigned i = 0; i < length && i < sizeof frame.data; i++)
             frame.data[i] = (uint8_t)(fill + 3 * i);
     }
     return frame;
