@@ -55,8 +55,10 @@ static void scale(void *context, void *out, const void *state, double share) {
     to->r *= share;
 }
 
-static const struct cycle_system hopf = {NULL, sizeof(struct hopf), STEP, advance, retune, scale};
-static const struct cycle_limits limits = {1e-3, 1e-6, 2000.0, 4};
+static struct hopf scratch;
+static const struct cycle_system hopf = {NULL, sizeof(struct hopf), &scratch, STEP, advance, retune,
+                                         scale};
+static const struct cycle_limits limits = {1e-3, 0.0, 1e-6, 2000.0, 4};
 
 static double cycle_radius(double p, double sign) {
     return sqrt(0.5 * (1.0 + sign * sqrt(1.0 + 4.0 * p)));

@@ -25,6 +25,7 @@ int cmd_bench(int argc, char **argv);
 int cmd_build(int argc, char **argv);
 int cmd_conicity(int argc, char **argv);
 int cmd_creep(int argc, char **argv);
+int cmd_critical(int argc, char **argv);
 int cmd_dbc(int argc, char **argv);
 int cmd_geometry(int argc, char **argv);
 int cmd_hil(int argc, char **argv);
@@ -179,6 +180,14 @@ int cli_model_load(struct cli_model *m, const struct cli_target *target);
 int cli_model_build(struct cli_model *m);
 /* Both. */
 int cli_model_open(struct cli_model *m, const struct cli_target *target);
+/* Builds m->model on an endless smooth track of one curvature and cant; as often as wanted. Frees `m`
+ * if that fails. */
+int cli_model_endless(struct cli_model *m, double curvature_1_m, double cant_rad);
+/* What curvature and cant are at `s_m` of the track that was loaded; builds m->model. Frees `m` if
+ * that fails. */
+int cli_model_layout(struct cli_model *m, double s_m, double *curvature_1_m, double *cant_rad);
+/* Another time step than the file's, before a build; NAN leaves it. CLI_OK or CLI_USAGE (printed). */
+int cli_model_step(struct cli_model *m, double step_s);
 void cli_model_close(struct cli_model *m);
 
 /* Monotonic time in seconds. */

@@ -38,6 +38,34 @@ int cli_model_open(struct cli_model *m, const struct cli_target *target) {
     return status == CLI_OK ? cli_model_build(m) : status;
 }
 
+int cli_model_endless(struct cli_model *m, double curvature_1_m, double cant_rad) {
+    m->file.track =
+        (struct kl_track_def){.curvature_start_1_m = curvature_1_m, .cant_start_rad = cant_rad};
+    return cli_model_build(m);
+}
+
+int cli_model_layout(struct cli_model *m, double s_m, double *curvature_1_m, double *cant_rad) {
+    struct kl_track_point here;
+    int status = cli_model_build(m);
+    if (status == CLI_OK) {
+        kl_track_layout_at(&m->model.track, (kl_real)s_m, &here);
+        *curvature_1_m = (double)here.curvature_1_m;
+        *cant_rad = (double)here.cant_rad;
+    }
+    return status;
+}
+
+int cli_model_step(struct cli_model *m, double step_s) {
+    if (!isnan(step_s)) {
+        const double ns = 1e9 * step_s;
+        if (fabs(ns - round(ns)) > 1e-6 * ns) {
+            return cli_misuse("--step: must be a whole number of nanoseconds");
+        }
+        m->file.vehicle.step_ns = llround(ns);
+    }
+    return CLI_OK;
+}
+
 void cli_model_close(struct cli_model *m) {
     model_file_free(&m->file);
 }

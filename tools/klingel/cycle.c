@@ -8,7 +8,8 @@
 #define APART 1e-3          /* relative: closer to the stable cycle than that is the stable cycle */
 #define LEAST_SHARE 1e-3    /* of a cycle; what grows from there has no threshold */
 #define ABOVE_REST 3.0      /* and that much larger than what counts as rest */
-#define QUICK 1e-5          /* tolerance enough to tell growth from decay */
+#define STILL 1e-9          /* relative: of a cycle that lingers where it is unstable */
+#define SURELY_DECAYS 0.3   /* of an amplitude that is known to decay */
 #define ROUNDING 1e-12      /* relative; no smaller change means anything */
 #define SETTLING_RATIO 0.98 /* of successive changes; above, their sum is not trusted */
 #define ARMING 0.25         /* of the amplitude, below the level that begins a period */
@@ -163,6 +164,10 @@ static bool judge(struct settling *s, struct cycle *c) {
         return false;
     }
     compare(s, c);
+    if (s->limits->grown > 0.0 && c->amplitude > s->limits->grown) {
+        c->end = CYCLE_STAYS;
+        return true;
+    }
     if (s->averages >= 3 && has_settled(s->amplitude, s->limits->tolerance)) {
         c->end = CYCLE_STAYS;
         return true;
@@ -212,7 +217,7 @@ void cycle_settle(const struct cycle_system *system, const struct cycle_limits *
 
 bool cycle_fold(const struct cycle_system *system, const struct cycle_limits *limits, double near,
                 double *low, double *high, void *state, struct cycle *cycle) {
-    unsigned char tried[CYCLE_STATE_SIZE];
+    void *tried = system->scratch;
     while (fabs(*high - *low) > near) {
         double middle = 0.5 * (*low + *high);
         struct cycle found;
@@ -240,12 +245,13 @@ bool cycle_fold(const struct cycle_system *system, const struct cycle_limits *li
 
 bool cycle_unstable(const struct cycle_system *system, const struct cycle_limits *limits,
                     const void *state, double stable, struct cycle *cycle) {
-    unsigned char tried[CYCLE_STATE_SIZE];
+    void *tried = system->scratch;
     double decays = fmax(LEAST_SHARE, ABOVE_REST * limits->rest / stable);
     double grows = 1.0;
     struct cycle found;
     struct cycle_limits quick = *limits;
-    quick.tolerance = fmax(limits->tolerance, QUICK);
+    quick.tolerance = STILL;
+    quick.grown = stable * (1.0 - APART);
     quick.averaged = 1; /* what passes by shall be seen */
     system->scale(system->context, tried, state, decays);
     cycle_settle(system, &quick, tried, &found);
@@ -257,12 +263,13 @@ bool cycle_unstable(const struct cycle_system *system, const struct cycle_limits
         double middle = sqrt(decays * grows);
         system->scale(system->context, tried, state, middle);
         cycle_settle(system, &quick, tried, &found);
-        if (found.end == CYCLE_STAYS && found.amplitude < stable * (1.0 - APART)) {
+        if (found.end == CYCLE_STAYS && found.amplitude < quick.grown) {
             *cycle = found; /* lingers so long that it counts as settled */
             return true;
         }
         if (found.end == CYCLE_REST) {
             decays = middle;
+            quick.rest = fmax(limits->rest, SURELY_DECAYS * decays * stable);
             *cycle = found;
         } else {
             grows = middle;

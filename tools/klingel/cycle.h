@@ -14,11 +14,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define CYCLE_STATE_SIZE 8192 /* bytes, most */
-
 struct cycle_system {
     void *context;
     size_t state_size; /* of a state, plain data */
+    void *scratch;     /* room for one more state, for cycle_fold and cycle_unstable */
     double step_s;
     /* One step; what is observed. False: the system has left its range. */
     bool (*advance)(void *context, void *state, double *observed);
@@ -30,6 +29,7 @@ struct cycle_system {
 
 struct cycle_limits {
     double rest;       /* an amplitude below this is rest */
+    double grown;      /* one above is a cycle that stays, settled or not; 0: all must settle */
     double tolerance;  /* of the settled amplitude, relative */
     double longest_s;  /* simulated time to settle in; also the longest wait for a period */
     unsigned averaged; /* periods whose amplitudes are averaged before they are compared, >= 1 */
