@@ -49,7 +49,7 @@ static void find_cells(const struct kl_pair *restrict pair, const kl_both *w,
 /* Two neighbouring columns, the first of them `field`, linear in between. */
 #define COLUMNS(cells, field, first, second)                                                       \
     kl_lane_columns(&(cells)->below[KL_RIGHT]->field, &(cells)->below[KL_LEFT]->field, ROW_REALS,  \
-                    &(cells)->t, first, second)
+                    (cells)->t[KL_RIGHT], (cells)->t[KL_LEFT], first, second)
 
 /* Height of either side's table at its place, and its first two time derivatives, of the second
  * what does not depend on y''. */
@@ -75,6 +75,11 @@ static void read_tables(const struct kl_pair *restrict pair, const struct outboa
     COLUMNS(cells, f11_1, &axle->f11, &axle->f22);
     COLUMNS(cells, f23_1, &axle->f23, &axle->f33);
     COLUMNS(cells, carried, &axle->carried, &axle->extra);
+    if (pair->n_shapes != 0) {
+        COLUMNS(cells, shape[0], &axle->shape[0], &axle->shape[1]);
+        COLUMNS(cells, shape[2], &axle->shape[2], &axle->shape[3]);
+        COLUMNS(cells, shape[4], &axle->shape[4], &axle->shape[5]);
+    }
     KL_EACH_LANE(g) {
         const struct kl_lane_hermite h = kl_lane_hermite(
             BELOW(cells, height_m, g), BELOW(cells, height_w, g), ABOVE(cells, height_m, g),
@@ -97,8 +102,8 @@ static inline void find_contact_planes(struct kl_axle *axle) {
     KL_EACH_LANE(g) {
         const kl_lane s_z_y = kl_lane_of(axle->z_y, -axle->z_y, g);
         const kl_lane held = KL_R(1) - KL_LANE(axle->radius, g) * axle->phi_y;
-        const kl_lane tangent = KL_LANE(axle->extra, g) -
-                                (s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
+        const kl_lane tangent =
+            KL_LANE(axle->extra, g) - (s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
         const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
         const kl_lane cos_delta = KL_R(1) / inv_cos;
         KL_LANE(axle->inv_cos, g) = inv_cos;
@@ -204,13 +209,15 @@ static void find_creepages(const struct kl_wheelset *restrict wheelset,
         const kl_lane f11 = constant ? kl_lane_all(law->f11_N) : KL_LANE(axle->f11, g);
         const kl_lane f22 = constant ? kl_lane_all(law->f22_N) : KL_LANE(axle->f22, g);
         const kl_lane f23 = constant ? kl_lane_all(law->f23_Nm) : KL_LANE(axle->f23, g);
-        KL_LANE(forces->gamma1, g) = gamma1;
-        KL_LANE(forces->gamma2, g) = gamma2;
-        KL_LANE(forces->omega3, g) = omega3;
-        KL_LANE(contacts->linear1, g) = -(f11 * gamma1);
-        KL_LANE(contacts->linear2, g) = -(f22 * gamma2);
-        KL_LANE(contacts->linear3, g) = -(f23 * omega3);
+        const kl_lane slope = KL_LANE(forces->slope, g);
+        KL_LANE(forces->creepages.gamma1, g) = gamma1;
+        KL_LANE(forces->creepages.gamma2, g) = gamma2;
+        KL_LANE(forces->creepages.omega3, g) = omega3;
+        KL_LANE(contacts->linear1, g) = -(slope * f11 * gamma1);
+        KL_LANE(contacts->linear2, g) = -(slope * f22 * gamma2);
+        KL_LANE(contacts->linear3, g) = -(slope * f23 * omega3);
     }
+    kl_axle_friction(wheelset, forces, &forces->creepages, &forces->mu);
 }
 
 /*
@@ -301,7 +308,7 @@ static inline void find_creep(struct kl_axle_forces *forces, int rounds) {
         const kl_lane t1 = two_thirds * KL_LANE(contacts->linear1, g);
         const kl_lane t2 =
             two_thirds * KL_LANE(contacts->linear2, g) + one * KL_LANE(contacts->linear3, g);
-        const kl_lane limit = KL_LANE(forces->friction, g) * n + kl_lane_all(contacts->limit_more);
+        const kl_lane limit = KL_LANE(forces->mu, g) * n + kl_lane_all(contacts->limit_more);
         const kl_lane reduction = kl_lane_saturate(t1, t2, limit);
         KL_LANE(contacts->used, g) = n;
         KL_LANE(contacts->inv_cbrt, g) = y;
@@ -330,8 +337,12 @@ static void find_moments(const struct kl_wheelset *restrict wheelset,
         KL_LANE(forces->f22_N, g) =
             constant ? kl_lane_all(law->f22_N) : KL_LANE(axle->f22, g) * two_thirds;
         KL_LANE(forces->f33_Nm2, g) = f33;
-        KL_LANE(forces->m3, g) = KL_LANE(forces->reduction, g) * (f23 * KL_LANE(forces->gamma2, g) -
-                                                                  f33 * KL_LANE(forces->omega3, g));
+        if (kl_saturates(law->law)) {
+            const kl_lane reduction = KL_LANE(forces->slope, g) * KL_LANE(forces->reduction, g);
+            KL_LANE(forces->m3, g) = reduction * (f23 * KL_LANE(forces->creepages.gamma2, g) -
+                                                  f33 * KL_LANE(forces->creepages.omega3, g));
+            KL_LANE(forces->reduction, g) = reduction;
+        }
     }
 }
 
@@ -405,6 +416,48 @@ static inline void solve_normals(struct kl_axle_forces *forces) {
     }
 }
 
+/*
+ * The law's forces at the normal forces that a saturation gave; then these once more with the law's
+ * T2 in proportion to N, and all of the law's forces in that proportion, so that they stay within
+ * mu N.
+ */
+static void follow_law(const struct kl_wheelset *restrict wheelset,
+                       const struct kl_axle *restrict axle,
+                       struct kl_axle_forces *restrict forces) {
+    struct kl_contacts *contacts = &forces->contacts;
+    struct kl_law_contact contact;
+    struct kl_law_forces law;
+    KL_EACH_LANE(g) {
+        const kl_lane n = KL_LANE(forces->normal, g);
+        KL_LANE(contacts->used, g) = n;
+        KL_LANE(contacts->inv_cbrt, g) =
+            kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
+        KL_LANE(contact.linear1, g) = KL_LANE(axle->f11, g) * KL_LANE(forces->creepages.gamma1, g);
+        KL_LANE(contact.linear2, g) = KL_LANE(axle->f22, g) * KL_LANE(forces->creepages.gamma2, g);
+        KL_LANE(contact.linear3, g) = KL_LANE(axle->f23, g) * KL_LANE(forces->creepages.omega3, g);
+        KL_LANE(contact.normal, g) = n;
+        KL_LANE(contact.inv_cbrt, g) = KL_LANE(contacts->inv_cbrt, g);
+        KL_LANE(contact.mu, g) = KL_LANE(forces->mu, g);
+        for (int i = 0; i < KL_CREEP_SHAPES; i++) {
+            KL_LANE(contact.shape[i], g) = KL_LANE(axle->shape[i], g);
+        }
+    }
+    kl_axle_law(wheelset, forces, &contact, &law);
+    KL_EACH_LANE(g) {
+        KL_LANE(forces->t2, g) = KL_LANE(law.t2, g);
+        KL_LANE(forces->reduction, g) = kl_lane_all(KL_R(-1)); /* exponent 1 */
+    }
+    solve_normals(forces);
+    KL_EACH_LANE(g) {
+        const kl_lane by = KL_LANE(forces->normal, g) /
+                           kl_lane_max(KL_LANE(contacts->used, g), kl_lane_all(KL_R(1)));
+        KL_LANE(forces->t1, g) = by * KL_LANE(law.t1, g);
+        KL_LANE(forces->t2, g) = by * KL_LANE(law.t2, g);
+        KL_LANE(forces->m3, g) = by * KL_LANE(law.m3, g);
+        KL_LANE(forces->reduction, g) = KL_LANE(law.reduction, g);
+    }
+}
+
 void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
                      const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
     KL_EACH_LANE(g) { /* as in the last step, but for a wheel that is up */
@@ -412,7 +465,11 @@ void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
     }
     find_creep(forces, ESTIMATE_ROUNDS);
     solve_normals(forces);
-    find_creep(forces, KL_CBRT_ROUNDS);
+    if (kl_saturates(wheelset->creep.law)) {
+        find_creep(forces, KL_CBRT_ROUNDS);
+    } else {
+        follow_law(wheelset, axle, forces);
+    }
     kl_axle_lift_solve(wheelset, axle, forces);
 }
 
@@ -486,9 +543,9 @@ static void write_tread(const struct kl_axle *axle, const struct kl_axle_forces 
     o->t1_N = forces->t1[side];
     o->t2_N = forces->t2[side];
     o->m3_Nm = forces->m3[side];
-    o->gamma1 = forces->gamma1[side];
-    o->gamma2 = forces->gamma2[side];
-    o->omega3_1_m = forces->omega3[side];
+    o->gamma1 = forces->creepages.gamma1[side];
+    o->gamma2 = forces->creepages.gamma2[side];
+    o->omega3_1_m = forces->creepages.omega3[side];
     o->reduction = forces->reduction[side];
     o->radius_m = axle->radius[side];
     write_place(a, a + 1, axle->cells.t[side], third, o);
@@ -502,9 +559,9 @@ static void write_flange(const struct kl_axle *axle, const struct kl_axle_forces
     o->t1_N = f->t1[side];
     o->t2_N = f->t2[side];
     o->m3_Nm = f->m3[side];
-    o->gamma1 = f->gamma1[side];
-    o->gamma2 = f->gamma2[side];
-    o->omega3_1_m = f->omega3[side];
+    o->gamma1 = f->creepages.gamma1[side];
+    o->gamma2 = f->creepages.gamma2[side];
+    o->omega3_1_m = f->creepages.omega3[side];
     o->reduction = f->reduction[side];
     o->radius_m = axle->flange.radius[side];
     write_place(&row[0].contact, &row[1].contact, axle->flange.t[side], f->third[side], o);

@@ -16,6 +16,7 @@
 #ifndef KL_AXLE_H
 #define KL_AXLE_H
 
+#include "kl_creep.h"
 #include "kl_lanes.h"
 #include "kl_step.h"
 
@@ -23,6 +24,13 @@
 struct kl_cells {
     const struct kl_row *below[KL_SIDES];
     kl_both t;
+};
+
+/* Rigid slip of a contact over V. */
+struct kl_creepages {
+    kl_both gamma1;
+    kl_both gamma2;
+    kl_both omega3;
 };
 
 /*
@@ -54,13 +62,14 @@ struct kl_axle {
     kl_both sin_delta;
     kl_both cos_delta;
     kl_both inv_cos;
-    kl_both extra;                 /* tangent of the contact plane beyond that of the motion */
-    kl_both carried;               /* by the rail, see kl_row */
-    kl_both f11;                   /* per N^(2/3) */
-    kl_both f22;                   /* per N^(2/3) */
-    kl_both f23;                   /* per N */
-    kl_both f33;                   /* per N^(4/3) */
-    kl_real x[KL_WHEELSET_STATES]; /* enum kl_wheelset_state */
+    kl_both extra;                  /* tangent of the contact plane beyond that of the motion */
+    kl_both carried;                /* by the rail, see kl_row */
+    kl_both f11;                    /* per N^(2/3) */
+    kl_both f22;                    /* per N^(2/3) */
+    kl_both f23;                    /* per N */
+    kl_both f33;                    /* per N^(4/3) */
+    kl_both shape[KL_CREEP_SHAPES]; /* for laws that need it, see struct kl_creep_row */
+    kl_real x[KL_WHEELSET_STATES];  /* enum kl_wheelset_state */
     kl_real
         rate[KL_WHEELSET_STATES]; /* of y and yaw: relative to the track; of Omega: besides V'/r0 */
     kl_real spin_drift;           /* V'/r0: what Omega does besides */
@@ -113,12 +122,28 @@ struct kl_load {
     kl_real free_y; /* along the path that the tables prescribe */
 };
 
+/* What a law works on, and what comes out. */
+struct kl_law_contact {
+    kl_both linear1; /* f11_1 gamma1 */
+    kl_both linear2;
+    kl_both linear3;
+    kl_both normal;
+    kl_both inv_cbrt; /* of the normal force, or of 1 N where that is more */
+    kl_both mu;
+    kl_both shape[KL_CREEP_SHAPES];
+};
+struct kl_law_forces {
+    kl_both t1;
+    kl_both t2;
+    kl_both m3;
+    kl_both reduction; /* secant over Kalker's slope */
+};
+
 /* The forces of a contact that are there before equilibrium is looked for. */
 struct kl_contact_forces {
     kl_both normal;
-    kl_both gamma1;
-    kl_both gamma2;
-    kl_both omega3;
+    struct kl_creepages creepages;
+    kl_both mu;
     kl_both t1;
     kl_both t2;
     kl_both m3;
@@ -154,7 +179,11 @@ struct kl_axle_forces {
     kl_real speed_m_s;
     kl_real inv_creep_speed_s_m;
     kl_real gravity_m_s2;
-    kl_both friction;
+    kl_both friction; /* mu0 */
+    kl_both ratio;    /* of falling friction */
+    kl_both decay;
+    kl_both slope; /* of the initial creep forces over Kalker's */
+    const struct kl_creep_table *table;
     /* on the way */
     struct kl_load load;
     struct kl_contacts contacts;
@@ -162,9 +191,8 @@ struct kl_axle_forces {
     struct kl_contact_forces flange;
     /* results */
     kl_both normal;
-    kl_both gamma1;
-    kl_both gamma2;
-    kl_both omega3;
+    struct kl_creepages creepages;
+    kl_both mu;
     kl_both t1;
     kl_both t2;
     kl_both m3;
@@ -180,6 +208,20 @@ struct kl_axle_forces {
  * axle->track, at speed V and its rate. */
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
                      kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
+
+/* Whether a law is a saturation of the linear forces, or needs kl_axle_law. */
+static inline int kl_saturates(enum kl_creep_law law) {
+    return law == KL_CREEP_LINEAR || law == KL_CREEP_SHE;
+}
+void kl_axle_law(const struct kl_wheelset *restrict wheelset,
+                 const struct kl_axle_forces *restrict forces,
+                 const struct kl_law_contact *restrict contact,
+                 struct kl_law_forces *restrict result);
+
+/* Friction of a contact. */
+void kl_axle_friction(const struct kl_wheelset *restrict wheelset,
+                      const struct kl_axle_forces *restrict forces,
+                      const struct kl_creepages *restrict creepages, kl_both *restrict mu);
 
 /* The flanges at that posture; the rate of climbing included. */
 void kl_axle_flange_posture(const struct kl_pair *restrict pair, struct kl_axle *restrict axle);

@@ -17,7 +17,8 @@
 /* Two neighbouring columns, the first of them `field`, linear in between. */
 #define COLUMNS(axle, field, first, second)                                                        \
     kl_lane_columns(&(axle)->flange.row[KL_RIGHT]->field, &(axle)->flange.row[KL_LEFT]->field,     \
-                    ROW_REALS, &(axle)->flange.t, first, second)
+                    ROW_REALS, (axle)->flange.t[KL_RIGHT], (axle)->flange.t[KL_LEFT], first,       \
+                    second)
 
 static void find_row(const struct kl_pair *pair, int side, struct kl_axle *axle, kl_real *t) {
     const struct kl_flange_table *table = &pair->flange[side];
@@ -80,12 +81,12 @@ static void find_creepages(const struct kl_axle *axle, struct kl_axle_forces *fo
         const kl_lane down = sign * KL_LANE(axle->height_rate, g);
         const kl_lane along = (speed - KL_LANE(flange->radius, g) * axle->x[KL_WS_SPIN]) -
                               KL_LANE(flange->arm, g) * turn;
-        KL_LANE(f->gamma1, g) = along * by;
-        KL_LANE(f->gamma2, g) =
+        KL_LANE(f->creepages.gamma1, g) = along * by;
+        KL_LANE(f->creepages.gamma2, g) =
             -(down * KL_LANE(flange->inv_sin, g) + ahead * KL_LANE(flange->inv_cos, g)) * by;
-        KL_LANE(f->omega3, g) = (KL_LANE(flange->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
-                                 KL_LANE(flange->sin_delta, g) * spin) *
-                                by;
+        KL_LANE(f->creepages.omega3, g) = (KL_LANE(flange->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
+                                           KL_LANE(flange->sin_delta, g) * spin) *
+                                          by;
     }
 }
 
@@ -97,12 +98,43 @@ struct coefficients {
     kl_both f33;
 };
 
-static void find_creep(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
-                       struct kl_axle_forces *forces) {
+static void follow_law(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
+                       const struct coefficients *k, struct kl_axle_forces *forces) {
     struct kl_contact_forces *f = &forces->flange;
-    struct coefficients k;
-    COLUMNS(axle, contact.f11_1, &k.f11, &k.f22);
-    COLUMNS(axle, contact.f23_1, &k.f23, &k.f33);
+    struct kl_law_contact contact;
+    struct kl_law_forces law;
+    COLUMNS(axle, contact.shape[0], &contact.shape[0], &contact.shape[1]);
+    COLUMNS(axle, contact.shape[2], &contact.shape[2], &contact.shape[3]);
+    COLUMNS(axle, contact.shape[4], &contact.shape[4], &contact.shape[5]);
+    KL_EACH_LANE(g) {
+        const kl_lane n = KL_LANE(axle->flange.push, g) * KL_LANE(axle->flange.inv_sin, g);
+        const kl_lane y =
+            kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
+        const kl_lane two_thirds = n * y;
+        KL_LANE(contact.linear1, g) = KL_LANE(k->f11, g) * KL_LANE(f->creepages.gamma1, g);
+        KL_LANE(contact.linear2, g) = KL_LANE(k->f22, g) * KL_LANE(f->creepages.gamma2, g);
+        KL_LANE(contact.linear3, g) = KL_LANE(k->f23, g) * KL_LANE(f->creepages.omega3, g);
+        KL_LANE(contact.normal, g) = n;
+        KL_LANE(contact.inv_cbrt, g) = y;
+        KL_LANE(contact.mu, g) = KL_LANE(f->mu, g);
+        KL_LANE(f->normal, g) = n;
+        KL_LANE(f->f11_N, g) = KL_LANE(k->f11, g) * two_thirds;
+        KL_LANE(f->f22_N, g) = KL_LANE(k->f22, g) * two_thirds;
+        KL_LANE(f->third, g) = two_thirds * y;
+    }
+    kl_axle_law(wheelset, forces, &contact, &law);
+    KL_EACH_LANE(g) {
+        KL_LANE(f->t1, g) = KL_LANE(law.t1, g);
+        KL_LANE(f->t2, g) = KL_LANE(law.t2, g);
+        KL_LANE(f->m3, g) = KL_LANE(law.m3, g);
+        KL_LANE(f->reduction, g) = KL_LANE(law.reduction, g);
+    }
+}
+
+static void saturate(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
+                     const struct coefficients *coefficients, struct kl_axle_forces *forces) {
+    const struct coefficients k = *coefficients;
+    struct kl_contact_forces *f = &forces->flange;
     const kl_lane no_limit = kl_lane_all(kl_no_limit(wheelset->creep.law));
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(axle->flange.push, g) * KL_LANE(axle->flange.inv_sin, g);
@@ -113,20 +145,35 @@ static void find_creep(const struct kl_wheelset *wheelset, const struct kl_axle 
         const kl_lane f22 = KL_LANE(k.f22, g) * two_thirds;
         const kl_lane f23 = KL_LANE(k.f23, g) * n;
         const kl_lane f33 = KL_LANE(k.f33, g) * (n * (two_thirds * y));
-        const kl_lane gamma2 = KL_LANE(f->gamma2, g);
-        const kl_lane omega3 = KL_LANE(f->omega3, g);
-        const kl_lane t1 = -(f11 * KL_LANE(f->gamma1, g));
-        const kl_lane t2 = -(f22 * gamma2) - f23 * omega3;
-        const kl_lane limit = KL_LANE(forces->friction, g) * n + no_limit;
-        const kl_lane reduction = kl_lane_saturate(t1, t2, limit);
+        const kl_lane gamma2 = KL_LANE(f->creepages.gamma2, g);
+        const kl_lane omega3 = KL_LANE(f->creepages.omega3, g);
+        const kl_lane slope = KL_LANE(forces->slope, g);
+        const kl_lane t1 = -(slope * (f11 * KL_LANE(f->creepages.gamma1, g)));
+        const kl_lane t2 = -(slope * (f22 * gamma2 + f23 * omega3));
+        const kl_lane limit = KL_LANE(f->mu, g) * n + no_limit;
+        const kl_lane secant = kl_lane_saturate(t1, t2, limit);
+        const kl_lane reduction = slope * secant;
         KL_LANE(f->normal, g) = n;
         KL_LANE(f->reduction, g) = reduction;
-        KL_LANE(f->t1, g) = reduction * t1;
-        KL_LANE(f->t2, g) = reduction * t2;
+        KL_LANE(f->t1, g) = secant * t1;
+        KL_LANE(f->t2, g) = secant * t2;
         KL_LANE(f->m3, g) = reduction * (f23 * gamma2 - f33 * omega3);
         KL_LANE(f->f11_N, g) = f11;
         KL_LANE(f->f22_N, g) = f22;
         KL_LANE(f->third, g) = two_thirds * y;
+    }
+}
+
+static void find_creep(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
+                       struct kl_axle_forces *forces) {
+    struct coefficients k;
+    COLUMNS(axle, contact.f11_1, &k.f11, &k.f22);
+    COLUMNS(axle, contact.f23_1, &k.f23, &k.f33);
+    kl_axle_friction(wheelset, forces, &forces->flange.creepages, &forces->flange.mu);
+    if (kl_saturates(wheelset->creep.law)) {
+        saturate(wheelset, axle, &k, forces);
+    } else {
+        follow_law(wheelset, axle, &k, forces);
     }
 }
 

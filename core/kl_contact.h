@@ -28,7 +28,14 @@ enum kl_creep_law {
  * coefficients are constants and replace Hertz and Kalker. */
 struct kl_creep_def {
     enum kl_creep_law law;
-    kl_real friction; /* mu, 0..2; SHE only */
+    kl_real friction; /* mu0, 0..2; all laws but LINEAR */
+    /* mu falls with the velocity w of slip, mu0 (A + (1 - A) e^(-B w)), see struct kl_friction */
+    uint32_t falls;            /* 0: it does not, and the two below are not read */
+    kl_real falling_ratio;     /* A, 0..1 */
+    kl_real falling_decay_s_m; /* B, 0..100 */
+    /* what water or oil leave of the initial slope, in the areas of adhesion and slip; 0 means 1 */
+    kl_real k_a; /* 0.01..1 */
+    kl_real k_s; /* 0.01..k_a */
     kl_real f11_N;
     kl_real f22_N;
     kl_real f23_Nm;

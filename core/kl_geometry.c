@@ -12,20 +12,35 @@
 #define JUMP_THRESHOLD_M 5e-4
 #define JUMP_WIDTH_M 1e-6
 
+/* What the coefficients of a row depend on besides its curvatures. */
+struct kind {
+    struct kl_material material;
+    enum kl_creep_law law;
+    const struct kl_creep_table *table;
+};
+
+static struct kind kind_of(const struct kl_pair_def *def) {
+    const int saturates = def->law == KL_CREEP_LINEAR || def->law == KL_CREEP_SHE;
+    const struct kind kind = {def->material, saturates ? KL_CREEP_LINEAR : def->law,
+                              def->creep_table};
+    return kind;
+}
+
 static void set_contact_coefficients(struct kl_row *row, double a_1_m, double b_1_m,
-                                     const struct kl_material *material) {
+                                     const struct kind *kind) {
     const struct kl_ellipse e =
-        kl_hertz(a_1_m, b_1_m, material->shear_modulus_Pa, material->poisson);
-    const struct kl_kalker c = kl_kalker_coefficients(e.semi_a_1 / e.semi_b_1, material->poisson);
-    const double area = e.semi_a_1 * e.semi_b_1;
-    const double size = kl_sqrt(area);
-    const double g = material->shear_modulus_Pa;
+        kl_hertz(a_1_m, b_1_m, kind->material.shear_modulus_Pa, kind->material.poisson);
+    struct kl_creep_row creep = {.f11_1 = KL_R(0)};
+    (void)kl_creep_row_build(kind->law, kind->table, &e, &kind->material, &creep);
     row->semi_a_1 = (kl_real)e.semi_a_1;
     row->semi_b_1 = (kl_real)e.semi_b_1;
-    row->f11_1 = (kl_real)(g * area * c.c11);
-    row->f22_1 = (kl_real)(g * area * c.c22);
-    row->f23_1 = (kl_real)(g * area * size * c.c23);
-    row->f33_1 = (kl_real)(g * area * area * c.c33);
+    row->f11_1 = creep.f11_1;
+    row->f22_1 = creep.f22_1;
+    row->f23_1 = creep.f23_1;
+    row->f33_1 = creep.f33_1;
+    for (int i = 0; i < KL_CREEP_SHAPES; i++) {
+        row->shape[i] = kind->law == KL_CREEP_LINEAR ? KL_R(0) : creep.shape[i];
+    }
 }
 
 /* Where a contact is, and its heights. */
@@ -36,8 +51,8 @@ struct place {
     double height_w;
 };
 
-static void set_row(const struct kl_tangency *t, enum kl_side s, const struct place *at,
-                    struct kl_row *row) {
+static void set_row(const struct kl_tangency *t, const struct kind *kind, enum kl_side s,
+                    const struct place *at, struct kl_row *row) {
     const struct kl_contact_side *side = &t->side[s];
     const struct kl_profile_point pw = kl_profile_at(&side->wheel, at->eta_wheel_m);
     const struct kl_profile_point pr = kl_profile_at(&side->rail, at->eta_rail_m);
@@ -62,18 +77,17 @@ static void set_row(const struct kl_tangency *t, enum kl_side s, const struct pl
     const double across = 0.5 * (curv_r - curv_w);
     row->carried = KL_R(0);
     row->plane = KL_R(0);
-    set_contact_coefficients(row, 0.5 * cos_w / radius, across > 1e-6 ? across : 1e-6,
-                             &t->material);
+    set_contact_coefficients(row, 0.5 * cos_w / radius, across > 1e-6 ? across : 1e-6, kind);
 }
 
 /* The row of one side for a solved posture. */
-static void fill_row(const struct kl_tangency *t, enum kl_side s, double w,
+static void fill_row(const struct kl_tangency *t, const struct kind *kind, enum kl_side s, double w,
                      const struct kl_touch *touch, struct kl_row *row) {
     const double phi_s = s == KL_RIGHT ? touch->phi_rad : -touch->phi_rad;
     const double eta_w = touch->eta_wheel_m[s];
     const struct place at = {eta_w, kl_tangency_rail_eta(t, s, w, phi_s, eta_w), touch->height_m[s],
                              touch->height_w[s]};
-    set_row(t, s, &at, row);
+    set_row(t, kind, s, &at, row);
 }
 
 static enum kl_status check_table(const struct kl_pair_def *def, uint32_t *half,
@@ -135,7 +149,8 @@ static void linear_row(const struct kl_pair_def *def, double w, struct kl_row *r
     row->radius_m = (kl_real)(def->radius_m + def->conicity * w);
     row->cos_delta = (kl_real)1;
     row->curv_rail_1_m = (kl_real)def->curvature_1_m;
-    set_contact_coefficients(row, 0.5 / def->radius_m, 0.5 * def->curvature_1_m, &def->material);
+    const struct kind kind = kind_of(def);
+    set_contact_coefficients(row, 0.5 / def->radius_m, 0.5 * def->curvature_1_m, &kind);
 }
 
 /* ---- table ---- */
@@ -147,6 +162,7 @@ struct tables {
 
 static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl_tangency *t,
                                   const struct tables *tables, struct kl_diag *diag) {
+    const struct kind kind = kind_of(def);
     const uint32_t half = tables->half;
     const int32_t first = t->symmetric ? 0 : -(int32_t)half;
     struct kl_touch touch = {.phi_rad = 0.0};
@@ -158,8 +174,8 @@ static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl
             return status;
         }
         central_phi = i == 0 ? touch.phi_rad : central_phi;
-        fill_row(t, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
-        fill_row(t, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
+        fill_row(t, &kind, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
+        fill_row(t, &kind, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
         if (t->symmetric) { /* the mirrored posture, to the last bit */
             tables->rows[KL_RIGHT][(int32_t)half - i] = tables->rows[KL_LEFT][(int32_t)half - i];
             tables->rows[KL_LEFT][(int32_t)half + i] = tables->rows[KL_RIGHT][(int32_t)half + i];
@@ -172,8 +188,8 @@ static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl
         if (status != KL_OK) {
             return status;
         }
-        fill_row(t, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
-        fill_row(t, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
+        fill_row(t, &kind, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
+        fill_row(t, &kind, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
     }
     if (t->symmetric) { /* u = 0: both sides are one row, exactly level */
         tables->rows[KL_RIGHT][half].height_m = KL_R(0);
@@ -306,8 +322,8 @@ static void no_flange(struct kl_flange_row rows[2]) {
 
 /* Fills rows from the lowest height to the last that holds; returns how many, 0 where the flange
  * meets nothing. `across_m` is the height of the opposite side, which stays on its tread. */
-static uint32_t fill_flange(const struct kl_tangency *t, enum kl_side s, double step,
-                            double across_m, double *top, struct kl_flange_row *rows) {
+static uint32_t fill_flange(const struct kl_tangency *t, const struct kind *kind, enum kl_side s,
+                            double step, double across_m, double *top, struct kl_flange_row *rows) {
     const double base = t->side[KL_RIGHT].half_base_m + t->side[KL_LEFT].half_base_m;
     const uint32_t tries = KL_FLANGE_MAX_ROWS;
     uint32_t n = 0;
@@ -327,7 +343,7 @@ static uint32_t fill_flange(const struct kl_tangency *t, enum kl_side s, double 
         const struct place at = {contact.eta_wheel_m, contact.eta_rail_m, height, -contact.slope};
         *top = n == 0 ? height : *top;
         rows[n].place_m = (kl_real)contact.place_m;
-        set_row(t, s, &at, &rows[n].contact);
+        set_row(t, kind, s, &at, &rows[n].contact);
         rows[n].inv_sin = KL_R(1) / rows[n].contact.sin_delta;
         rows[n].inv_cos = KL_R(1) / rows[n].contact.cos_delta;
         n++;
@@ -364,6 +380,7 @@ static double height_across(const struct kl_tangency *t, const struct tables *ta
 static void build_flanges(const struct kl_pair_def *def, const struct kl_tangency *t,
                           const struct tables *tables, struct kl_flange_row *rows,
                           struct kl_pair *pair) {
+    const struct kind kind = kind_of(def);
     for (int s = 0; s < KL_SIDES; s++) {
         struct kl_flange_table *table = &pair->flange[s];
         if (s == KL_LEFT && t->symmetric) {
@@ -374,7 +391,7 @@ static void build_flanges(const struct kl_pair_def *def, const struct kl_tangenc
         uint32_t n = 0;
         if (def->contacts == KL_CONTACTS_TWO && t->side[s].flange_at < KL_WHEEL_SAMPLES) {
             const double across = height_across(t, tables, (enum kl_side)s, def->step_m);
-            n = fill_flange(t, (enum kl_side)s, def->step_m, across, &top, rows);
+            n = fill_flange(t, &kind, (enum kl_side)s, def->step_m, across, &top, rows);
         }
         if (n == 0) {
             no_flange(rows);
@@ -541,6 +558,8 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
     pair->step_m = (kl_real)def->step_m;
     pair->inv_step_1_m = (kl_real)(1.0 / def->step_m);
     pair->range_m = (kl_real)(def->step_m * (double)tables.half);
+    pair->law = def->law;
+    pair->n_shapes = kind_of(def).law == KL_CREEP_LINEAR ? 0u : KL_CREEP_SHAPES;
     const int stated = def->flange_stiffness_N_m > 0.0;
     pair->flange_stiffness_N_m =
         stated ? (kl_real)def->flange_stiffness_N_m : KL_R(KL_FLANGE_STIFFNESS_N_M);
@@ -548,6 +567,11 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
         stated ? (kl_real)def->flange_damping_Ns_m : KL_R(KL_FLANGE_DAMPING_NS_M);
     if (def->contacts != KL_CONTACTS_TWO && def->contacts != KL_CONTACTS_RIGID) {
         return kl_report(diag, KL_ERR_VALUE, "pair: unknown contacts", -1, (double)def->contacts);
+    }
+    if ((int)def->law < 0 || (int)def->law >= KL_CREEP_LAWS ||
+        (def->law == KL_CREEP_TABLE && def->creep_table == NULL)) {
+        return kl_report(diag, KL_ERR_VALUE, "pair: unknown creep law, or no table for it", -1,
+                         (double)def->law);
     }
     if (def->kind == KL_PAIR_PROFILES) {
         return build_from_profiles(def, arena, &tables, pair, diag);
@@ -612,6 +636,7 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
         linear_row(def, -u_y_m, &posture->row[KL_LEFT]);
         return check_linear(def, diag);
     }
+    const struct kind kind = kind_of(def);
     const size_t mark = scratch->used;
     struct kl_tangency t;
     struct kl_touch touch = {.phi_rad = 0.0};
@@ -622,8 +647,8 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
     if (status == KL_OK) {
         const double l_r = t.side[KL_RIGHT].half_base_m;
         const double l_l = t.side[KL_LEFT].half_base_m;
-        fill_row(&t, KL_RIGHT, u_y_m, &touch, &posture->row[KL_RIGHT]);
-        fill_row(&t, KL_LEFT, -u_y_m, &touch, &posture->row[KL_LEFT]);
+        fill_row(&t, &kind, KL_RIGHT, u_y_m, &touch, &posture->row[KL_RIGHT]);
+        fill_row(&t, &kind, KL_LEFT, -u_y_m, &touch, &posture->row[KL_LEFT]);
         posture->phi_rad = touch.phi_rad;
         posture->phi_y_rad_m = touch.phi_y_rad_m;
         posture->u_z_m =

@@ -18,6 +18,7 @@
 #ifndef KL_GEOMETRY_H
 #define KL_GEOMETRY_H
 
+#include "kl_creep.h"
 #include "kl_profile.h"
 
 #ifdef __cplusplus
@@ -88,7 +89,10 @@ struct kl_pair_def {
     /* What a flange works against: the lateral elasticity and damping of rail and track, per rail. */
     double flange_stiffness_N_m; /* 1e5..1e10; 0: both as KL_FLANGE_... */
     double flange_damping_Ns_m;  /* 0..1e8 */
-    double step_m;               /* table step, 1e-5..1e-3; 1e-4 is usual */
+    /* The creep law whose coefficients the rows hold; kl_build sets both by the wheelsets. */
+    enum kl_creep_law law;
+    const struct kl_creep_table *creep_table; /* KL_CREEP_TABLE */
+    double step_m;                            /* table step, 1e-5..1e-3; 1e-4 is usual */
     double range_m; /* table covers |w| <= range, step * 4 .. step * KL_TABLE_MAX_HALF */
 };
 
@@ -123,6 +127,8 @@ struct kl_row {
     kl_real curv_wheel_1_m; /* transverse curvature, positive where delta grows inboard (concave
                                tread) */
     kl_real curv_rail_1_m;  /* transverse curvature, positive for a convex head */
+    kl_real shape
+        [KL_CREEP_SHAPES]; /* of the creep law, see struct kl_creep_row; f11_1.. are then its own */
 };
 
 /*
@@ -183,6 +189,8 @@ struct kl_pair {
     kl_real radius_m;        /* mean r0 of the central contact */
     kl_real flange_stiffness_N_m;
     kl_real flange_damping_Ns_m;
+    enum kl_creep_law law; /* that shape is for: SHE, which needs none, or another */
+    uint32_t n_shapes;     /* KL_CREEP_SHAPES or 0 */
 };
 
 /* The wheelset's posture for one displacement: the full solution, not an interpolation. */

@@ -147,13 +147,13 @@ static inline kl_lane kl_lane_min(kl_lane a, kl_lane b) {
 
 /*
  * Two neighbouring columns of a row pair of either side, linear in between: from a (right and left)
- * to the rows that lie `stride` reals on, at t. They come out as values of both sides.
+ * to the rows that lie `stride` reals on, at t_r and t_l. They come out as values of both sides.
  */
 static inline void kl_lane_columns(const kl_real *right, const kl_real *left, size_t stride,
-                                   const kl_both *t, kl_both *first, kl_both *second) {
+                                   kl_real t_r, kl_real t_l, kl_both *first, kl_both *second) {
 #if KL_LANES == 2
-    const kl_lane t_right = {(*t)[KL_RIGHT], (*t)[KL_RIGHT]};
-    const kl_lane t_left = {(*t)[KL_LEFT], (*t)[KL_LEFT]};
+    const kl_lane t_right = {t_r, t_r};
+    const kl_lane t_left = {t_l, t_l};
     const kl_lane r = kl_lane_load(right, 0);
     const kl_lane l = kl_lane_load(left, 0);
     const kl_lane at_right = r + t_right * (kl_lane_load(right + stride, 0) - r);
@@ -161,10 +161,10 @@ static inline void kl_lane_columns(const kl_real *right, const kl_real *left, si
     *first = (kl_lane){at_right[0], at_left[0]};
     *second = (kl_lane){at_right[1], at_left[1]};
 #else
-    (*first)[KL_RIGHT] = right[0] + (*t)[KL_RIGHT] * (right[stride] - right[0]);
-    (*second)[KL_RIGHT] = right[1] + (*t)[KL_RIGHT] * (right[stride + 1u] - right[1]);
-    (*first)[KL_LEFT] = left[0] + (*t)[KL_LEFT] * (left[stride] - left[0]);
-    (*second)[KL_LEFT] = left[1] + (*t)[KL_LEFT] * (left[stride + 1u] - left[1]);
+    (*first)[KL_RIGHT] = right[0] + t_r * (right[stride] - right[0]);
+    (*second)[KL_RIGHT] = right[1] + t_r * (right[stride + 1u] - right[1]);
+    (*first)[KL_LEFT] = left[0] + t_l * (left[stride] - left[0]);
+    (*second)[KL_LEFT] = left[1] + t_l * (left[stride + 1u] - left[1]);
 #endif
 }
 

@@ -212,9 +212,15 @@ static void load_wheelsets(const struct kl_model *model, const struct kl_stage *
         f->speed_m_s = v;
         f->inv_creep_speed_s_m = inv_creep_speed;
         f->gravity_m_s2 = model->gravity_m_s2;
+        f->table = model->creep_table;
         KL_EACH_LANE(g) {
-            KL_LANE(f->friction, g) =
-                wheelset->creep.friction * kl_lane_load(input->friction_factor[w], g);
+            const struct kl_creep_def *creep = &wheelset->creep;
+            KL_LANE(f->friction, g) = creep->friction * kl_lane_load(input->friction_factor[w], g);
+            KL_LANE(f->slope, g) =
+                (KL_R(0.5) * (creep->k_a + creep->k_s)) * kl_lane_load(input->slope_factor[w], g);
+            KL_LANE(f->ratio, g) = creep->falling_ratio * kl_lane_load(input->falling_factor[w], g);
+            KL_LANE(f->decay, g) = kl_lane_all(creep->falling_decay_s_m) +
+                                   kl_lane_load(input->falling_decay_s_m[w], g);
         }
         kl_axle_prepare(wheelset, &model->pairs[wheelset->pair], &e->axle[w], acting, f);
     }

@@ -29,6 +29,15 @@ static uint32_t check_input(const struct kl_model *model, const struct kl_state 
             const kl_lane factor = kl_lane_load(input->friction_factor[w], g);
             kl_lane_store(kept->friction_factor[w], g,
                           limited(factor, KL_R(0), KL_R(2), KL_R(1), &wrong));
+            const kl_lane slope = kl_lane_load(input->slope_factor[w], g);
+            kl_lane_store(kept->slope_factor[w], g,
+                          limited(slope, KL_R(0.01), KL_R(1), KL_R(1), &wrong));
+            const kl_lane falling = kl_lane_load(input->falling_factor[w], g);
+            kl_lane_store(kept->falling_factor[w], g,
+                          limited(falling, KL_R(0), KL_R(1), KL_R(1), &wrong));
+            const kl_lane decay = kl_lane_load(input->falling_decay_s_m[w], g);
+            kl_lane_store(kept->falling_decay_s_m[w], g,
+                          limited(decay, KL_R(0), KL_R(100), KL_R(0), &wrong));
         }
     }
     for (uint32_t b = 0; b < model->n_bodies; b++) {
@@ -44,6 +53,8 @@ void kl_input_init(struct kl_input *input) {
     for (uint32_t w = 0; w < KL_MAX_WHEELSETS; w++) {
         for (int s = 0; s < KL_SIDES; s++) {
             input->friction_factor[w][s] = KL_R(1);
+            input->slope_factor[w][s] = KL_R(1);
+            input->falling_factor[w][s] = KL_R(1);
         }
     }
 }

@@ -65,6 +65,11 @@ struct kl_input {
     kl_real axle_torque_Nm[KL_MAX_WHEELSETS]; /* positive drives forward */
     kl_real friction_factor[KL_MAX_WHEELSETS]
                            [KL_SIDES]; /* multiplies mu, 0..2; kl_input_init sets 1 */
+    /* rail conditions, per wheel, on top of the model's (struct kl_creep_def); kl_input_init sets 1, 1, 0 */
+    kl_real slope_factor[KL_MAX_WHEELSETS][KL_SIDES]; /* multiplies k_A and k_S, 0.01..1 */
+    kl_real falling_factor[KL_MAX_WHEELSETS]
+                          [KL_SIDES]; /* multiplies A, 0..1; where friction falls */
+    kl_real falling_decay_s_m[KL_MAX_WHEELSETS][KL_SIDES]; /* is added to B, 0..100; likewise */
     kl_real
         side_force_N[KL_MAX_BODIES]; /* lateral force at a body's centre of mass, positive right */
     kl_real actuator_N[KL_MAX_ACTUATORS]; /* of the elements with an actuator; N, or N m */

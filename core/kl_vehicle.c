@@ -30,13 +30,28 @@ static enum kl_status check_body(const struct kl_body_def *b, int32_t i, struct 
     return KL_OK;
 }
 
+/* k_A and k_S where they are not given. */
+static kl_real or_one(kl_real k) {
+    return k != KL_R(0) ? k : KL_R(1);
+}
+
 static enum kl_status check_creep(const struct kl_creep_def *c, int32_t i, struct kl_diag *diag) {
-    if (c->law != KL_CREEP_LINEAR && c->law != KL_CREEP_SHE) {
+    if ((int)c->law < 0 || (int)c->law >= KL_CREEP_LAWS) {
         return kl_report(diag, KL_ERR_VALUE, "creep: unknown law", i, (double)c->law);
     }
-    if (!(c->friction >= KL_R(0) && c->friction <= KL_R(2))) {
-        return kl_report(diag, KL_ERR_VALUE, "creep: friction must be in 0..2", i,
-                         (double)c->friction);
+    const struct kl_friction friction = {c->friction, c->falling_ratio, c->falling_decay_s_m,
+                                         or_one(c->k_a), or_one(c->k_s)};
+    const enum kl_status status = kl_friction_check(&friction, diag);
+    if (status != KL_OK) {
+        if (diag != NULL) {
+            diag->index = i;
+        }
+        return status;
+    }
+    if (c->f11_N > KL_R(0) && c->law != KL_CREEP_LINEAR && c->law != KL_CREEP_SHE) {
+        return kl_report(diag, KL_ERR_VALUE,
+                         "creep: f11..f33 go with the laws linear and she alone", i,
+                         (double)c->f11_N);
     }
     const kl_real f[4] = {c->f11_N, c->f22_N, c->f23_Nm, c->f33_Nm2};
     for (int k = 0; k < 4; k++) {
@@ -151,6 +166,36 @@ static void set_wheelset(struct kl_wheelset *to, const struct kl_wheelset_def *f
     to->static_load_N = (kl_real)(preload[1] + from->mass_kg * gravity);
     to->pair = from->pair;
     to->creep = from->creep;
+    to->creep.falls = from->creep.falls != 0 ? 1u : 0u;
+    to->creep.k_a = or_one(from->creep.k_a);
+    to->creep.k_s = from->creep.k_s != KL_R(0) ? from->creep.k_s : to->creep.k_a;
+}
+
+/* The law whose coefficients a pair's rows must hold. Linear and saturated creep share theirs. */
+static enum kl_status find_law(const struct kl_vehicle_def *def, uint32_t pair,
+                               enum kl_creep_law *law, struct kl_diag *diag) {
+    int found = 0;
+    *law = KL_CREEP_SHE;
+    for (uint32_t w = 0; w < def->n_wheelsets; w++) {
+        enum kl_creep_law own = def->wheelsets[w].creep.law;
+        own = own == KL_CREEP_LINEAR ? KL_CREEP_SHE : own;
+        if (def->wheelsets[w].pair != pair) {
+            continue;
+        }
+        if (found && own != *law) {
+            return kl_report(diag, KL_ERR_VALUE,
+                             "wheelset: of another creep law than others on its pair; give it a "
+                             "pair of its own",
+                             (int32_t)w, (double)own);
+        }
+        *law = own;
+        found = 1;
+    }
+    if (*law == KL_CREEP_TABLE && kl_creep_table_check(def->creep_table) != KL_OK) {
+        return kl_report(diag, KL_ERR_VALUE, "pair: the law table needs a sound creep table",
+                         (int32_t)pair, 0.0);
+    }
+    return KL_OK;
 }
 
 static enum kl_status build_pairs(const struct kl_vehicle_def *def, struct kl_arena *arena,
@@ -160,7 +205,10 @@ static enum kl_status build_pairs(const struct kl_vehicle_def *def, struct kl_ar
         return kl_report(diag, KL_ERR_MEMORY, "pairs", -1, (double)arena->wanted);
     }
     for (uint32_t i = 0; i < def->n_pairs; i++) {
-        const enum kl_status status = kl_pair_build(&def->pairs[i], arena, &pairs[i], diag);
+        struct kl_pair_def pair = def->pairs[i];
+        enum kl_status status = find_law(def, i, &pair.law, diag);
+        pair.creep_table = def->creep_table;
+        status = status == KL_OK ? kl_pair_build(&pair, arena, &pairs[i], diag) : status;
         if (status != KL_OK) {
             if (diag != NULL && diag->index < 0) {
                 diag->index = (int32_t)i;
@@ -232,6 +280,11 @@ enum kl_status kl_build(const struct kl_vehicle_def *def, struct kl_arena *arena
     model->step_s = (kl_real)((double)def->step_ns * 1e-9);
     model->gravity_m_s2 = (kl_real)def->gravity_m_s2;
     model->acceleration_limit_m_s2 = (kl_real)def->acceleration_limit_m_s2;
+    for (uint32_t i = 0; i < model->n_pairs; i++) {
+        if (model->pairs[i].law == KL_CREEP_TABLE) {
+            model->creep_table = def->creep_table;
+        }
+    }
     model->hash = kl_model_hash(model);
     return KL_OK;
 }
@@ -257,14 +310,29 @@ static uint64_t hash_bodies(uint64_t h, const struct kl_model *m) {
     }
     for (uint32_t i = 0; i < m->n_wheelsets; i++) {
         const struct kl_wheelset *w = &m->wheelsets[i];
-        const kl_real values[] = {
-            w->mass_kg,     w->inertia_roll_kgm2, w->inertia_spin_kgm2, w->inertia_yaw_kgm2,
-            w->x_m,         w->preload[0],        w->preload[1],        w->preload[2],
-            w->preload[3],  w->static_load_N,     w->creep.friction,    w->creep.f11_N,
-            w->creep.f22_N, w->creep.f23_Nm,      w->creep.f33_Nm2};
+        const kl_real values[] = {w->mass_kg,
+                                  w->inertia_roll_kgm2,
+                                  w->inertia_spin_kgm2,
+                                  w->inertia_yaw_kgm2,
+                                  w->x_m,
+                                  w->preload[0],
+                                  w->preload[1],
+                                  w->preload[2],
+                                  w->preload[3],
+                                  w->static_load_N,
+                                  w->creep.friction,
+                                  w->creep.f11_N,
+                                  w->creep.f22_N,
+                                  w->creep.f23_Nm,
+                                  w->creep.f33_Nm2,
+                                  w->creep.falling_ratio,
+                                  w->creep.falling_decay_s_m,
+                                  w->creep.k_a,
+                                  w->creep.k_s};
         h = kl_hash_bytes(h, w->name, sizeof w->name);
         h = kl_hash_bytes(h, values, sizeof values);
         h = hash_u32(hash_u32(h, w->pair), (uint32_t)w->creep.law);
+        h = hash_u32(h, w->creep.falls);
     }
     return h;
 }
@@ -282,7 +350,7 @@ static uint64_t hash_pairs(uint64_t h, const struct kl_model *m) {
                                   p->share[KL_LEFT],
                                   p->flange_stiffness_N_m,
                                   p->flange_damping_Ns_m};
-        h = hash_u32(h, p->half);
+        h = hash_u32(hash_u32(hash_u32(h, p->half), (uint32_t)p->law), p->n_shapes);
         h = kl_hash_bytes(h, values, sizeof values);
         for (int s = 0; s < KL_SIDES; s++) {
             h = kl_hash_bytes(h, p->side[s].rows, (2u * p->half + 1u) * sizeof(struct kl_row));
@@ -321,6 +389,9 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     h = hash_u32(hash_u32(hash_u32(h, m->n_bodies), m->n_wheelsets), m->n_pairs);
     h = hash_bodies(h, m);
     h = hash_pairs(h, m);
+    if (m->creep_table != NULL) {
+        h = kl_hash_bytes(h, &m->creep_table->hash, sizeof m->creep_table->hash);
+    }
     const struct kl_suspension *s = &m->suspension;
     h = hash_u32(hash_u32(h, s->n_coordinates), s->n_entries);
     h = kl_hash_bytes(h, s->row_start, (s->n_coordinates + 1u) * sizeof(uint16_t));
@@ -393,6 +464,9 @@ static int has_sound_tables(const struct kl_model *m) {
         const struct kl_pair *p = &m->pairs[i];
         if (p->half < 4u || p->half > KL_TABLE_MAX_HALF || p->side[KL_RIGHT].rows == NULL ||
             p->side[KL_LEFT].rows == NULL) {
+            return 0;
+        }
+        if (p->law == KL_CREEP_TABLE && kl_creep_table_check(m->creep_table) != KL_OK) {
             return 0;
         }
         for (int s = 0; s < KL_SIDES; s++) {

@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define KL_MODEL_VERSION 1u
+#define KL_MODEL_VERSION 2u
 #define KL_NAME_SIZE 32
 #define KL_MAX_PAIRS 4
 #define KL_MAX_ELEMENTS 1024
@@ -177,6 +177,8 @@ struct kl_vehicle_def {
     const struct kl_linkage_def *linkages;
     const struct kl_pair_def *pairs;
     const struct kl_track_def *track;
+    /* for KL_CREEP_TABLE; may be NULL otherwise. The model keeps the pointer. */
+    const struct kl_creep_table *creep_table;
 };
 
 /* ---- the model: constant, flashable, made by kl_build ---- */
@@ -275,7 +277,8 @@ struct kl_model {
     struct kl_suspension suspension;
     struct kl_struts struts;
     struct kl_track track;
-    uint64_t hash; /* of everything above that the step reads */
+    const struct kl_creep_table *creep_table; /* NULL unless a law reads it */
+    uint64_t hash;                            /* of everything above that the step reads */
 };
 
 /*

@@ -297,7 +297,7 @@ static void bad_wheelsets_are_refused(void **state) {
     REFUSED_VALUES(v.wheelset[1].x_m, -1e3, 1e3, 1, "x_m");
     REFUSED_VALUES(v.wheelset[1].load_N, -1.0, 1e7, 1, "load_N");
     REFUSED(v.wheelset[1].pair = 1, KL_ERR_REFERENCE, 1, "pair");
-    REFUSED(v.wheelset[0].creep.law = (enum kl_creep_law)2, KL_ERR_VALUE, 0, "law");
+    REFUSED(v.wheelset[0].creep.law = (enum kl_creep_law)KL_CREEP_LAWS, KL_ERR_VALUE, 0, "law");
     REFUSED_VALUES(v.wheelset[1].creep.friction, -0.1, 2.1, 1, "friction");
     REFUSED_VALUES(v.wheelset[1].creep.f11_N, -1.0, 1e12, 1, "f11");
     REFUSED_VALUES(v.wheelset[1].creep.f22_N, -1.0, 1e12, 1, "f11");

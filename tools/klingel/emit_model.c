@@ -2,6 +2,9 @@
 #include "emit_model.h"
 
 #include <inttypes.h>
+#include <stddef.h>
+
+#include "creep_file.h"
 
 /* Exact, and of the real type: no conversion is left to the compiler. */
 static void real(FILE *f, kl_real value) {
@@ -54,10 +57,23 @@ static void bodies(FILE *f, const struct kl_model *m, const char *name) {
     fputs("};\n\n", f);
 }
 
+static const char *const law_name[KL_CREEP_LAWS] = {[KL_CREEP_LINEAR] = "KL_CREEP_LINEAR",
+                                                    [KL_CREEP_SHE] = "KL_CREEP_SHE",
+                                                    [KL_CREEP_POLACH] = "KL_CREEP_POLACH",
+                                                    [KL_CREEP_FASTSIM] = "KL_CREEP_FASTSIM",
+                                                    [KL_CREEP_FASTSIM_ELLIPTIC] =
+                                                        "KL_CREEP_FASTSIM_ELLIPTIC",
+                                                    [KL_CREEP_TABLE] = "KL_CREEP_TABLE"};
+
 static void creep(FILE *f, const struct kl_creep_def *c) {
-    fprintf(f, ".creep = {.law = %s, ",
-            c->law == KL_CREEP_LINEAR ? "KL_CREEP_LINEAR" : "KL_CREEP_SHE");
+    fprintf(f, ".creep = {.law = %s, ", law_name[c->law]);
     field(f, "friction", c->friction);
+    fprintf(f, ".falls = %" PRIu32 ", ", c->falls);
+    field(f, "falling_ratio", c->falling_ratio);
+    fputs("\n     ", f);
+    field(f, "falling_decay_s_m", c->falling_decay_s_m);
+    field(f, "k_a", c->k_a);
+    field(f, "k_s", c->k_s);
     field(f, "f11_N", c->f11_N);
     fputs("\n     ", f);
     field(f, "f22_N", c->f22_N);
@@ -91,16 +107,27 @@ static void wheelsets(FILE *f, const struct kl_model *m, const char *name) {
     fputs("};\n\n", f);
 }
 
+/* A row is nothing but kl_real columns, the last of them an array. */
+static void contact_row(FILE *f, const struct kl_row *row) {
+    const size_t n = offsetof(struct kl_row, shape) / sizeof(kl_real);
+    const kl_real *column = (const kl_real *)row;
+    fputc('{', f);
+    for (size_t i = 0; i < n; i++) {
+        real(f, column[i]);
+        fputs(", ", f);
+    }
+    reals(f, row->shape, KL_CREEP_SHAPES);
+    fputc('}', f);
+}
+
 static void rows(FILE *f, const struct kl_pair *pair, const char *name, uint32_t index) {
     static const char *const side[KL_SIDES] = {"right", "left"};
     for (int s = 0; s < KL_SIDES; s++) {
         fprintf(f, "static const struct kl_row %s_rows_%" PRIu32 "_%s[] = {\n", name, index,
                 side[s]);
         for (uint32_t i = 0; i < 2 * pair->half + 1; i++) {
-            /* a row is nothing but kl_real columns */
             fputs("    ", f);
-            reals(f, (const kl_real *)&pair->side[s].rows[i],
-                  sizeof(struct kl_row) / sizeof(kl_real));
+            contact_row(f, &pair->side[s].rows[i]);
             fputs(",\n", f);
         }
         fputs("};\n\n", f);
@@ -120,7 +147,7 @@ static void flanges(FILE *f, const struct kl_pair *pair, const char *name, uint3
             field(f, "inv_sin", row->inv_sin);
             field(f, "inv_cos", row->inv_cos);
             fputs("\n     .contact = ", f);
-            reals(f, (const kl_real *)&row->contact, sizeof(struct kl_row) / sizeof(kl_real));
+            contact_row(f, &row->contact);
             fputs("},\n", f);
         }
         fputs("};\n\n", f);
@@ -175,6 +202,7 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
         fputs("\n     ", f);
         field(f, "flange_stiffness_N_m", p->flange_stiffness_N_m);
         field(f, "flange_damping_Ns_m", p->flange_damping_Ns_m);
+        fprintf(f, ".law = %s, .n_shapes = %" PRIu32, law_name[p->law], p->n_shapes);
         fputs("},\n", f);
     }
     fputs("};\n\n", f);
@@ -293,6 +321,9 @@ static void definition(FILE *f, const struct kl_model *m, const char *name) {
     fprintf(f, ".wheelsets = %s_wheelsets, .pairs = %s_pairs,\n", name, name);
     suspension_fields(f, &m->suspension, name);
     track_fields(f, &m->track, name);
+    if (m->creep_table != NULL) {
+        fprintf(f, "    .creep_table = &%s_creep_table,\n", name);
+    }
     fprintf(f, "    .hash = UINT64_C(0x%016" PRIx64 ")};\n", m->hash);
 }
 
@@ -318,6 +349,11 @@ void emit_model(FILE *file, const struct kl_model *model, const char *name) {
     suspension(file, model, name);
     pieces(file, &model->track, name);
     irregularities(file, &model->track, name);
+    if (model->creep_table != NULL) {
+        char table[KL_NAME_SIZE + 16];
+        snprintf(table, sizeof table, "%.*s_creep_table", KL_NAME_SIZE, name);
+        emit_creep_table(file, model->creep_table, table, true);
+    }
     definition(file, model, name);
 }
 
@@ -329,8 +365,11 @@ size_t emit_model_bytes(const struct kl_model *m) {
                    s->n_entries * sizeof(struct kl_spring) +
                    m->track.n_pieces * sizeof(struct kl_piece) + m->track.n_bins * sizeof(uint16_t);
     for (uint32_t i = 0; i < m->n_pairs; i++) {
-        bytes += KL_SIDES * (2 * m->pairs[i].half + 1) * sizeof(struct kl_row);
+        const struct kl_flange_table *flange = m->pairs[i].flange;
+        bytes += KL_SIDES * (2 * m->pairs[i].half + 1) * sizeof(struct kl_row) +
+                 (flange[KL_RIGHT].n_rows + flange[KL_LEFT].n_rows) * sizeof *flange->rows;
     }
+    bytes += m->creep_table != NULL ? kl_creep_table_bytes(m->creep_table) : 0;
     return bytes + (m->track.irregularity != NULL
                         ? (m->track.n_samples + 2) * sizeof(struct kl_irregularity_row)
                         : 0);

@@ -118,12 +118,27 @@ static const cyaml_schema_field_t pair_fields[] = {
     NUMBER(raw_pair, range_m),
     CYAML_FIELD_END};
 
-static const cyaml_strval_t creep_laws[] = {{"linear", KL_CREEP_LINEAR}, {"she", KL_CREEP_SHE}};
+static const cyaml_strval_t creep_laws[] = {{"linear", KL_CREEP_LINEAR},
+                                            {"she", KL_CREEP_SHE},
+                                            {"polach", KL_CREEP_POLACH},
+                                            {"fastsim", KL_CREEP_FASTSIM},
+                                            {"fastsim_elliptic", KL_CREEP_FASTSIM_ELLIPTIC},
+                                            {"table", KL_CREEP_TABLE}};
+
+static const cyaml_schema_field_t falling_fields[] = {
+    NUMBER(raw_falling, ratio), NUMBER(raw_falling, decay_s_m), CYAML_FIELD_END};
+
+static const cyaml_schema_field_t creep_table_fields[] = {
+    OPT_PATH(raw_creep_table, file),
+    CYAML_FIELD_BOOL_PTR("compact", STRICT_MAY, struct raw_creep_table, compact), CYAML_FIELD_END};
 
 static const cyaml_schema_field_t creep_fields[] = {
     CYAML_FIELD_ENUM("law", STRICT_MUST, struct raw_creep, law, creep_laws,
                      CYAML_ARRAY_LEN(creep_laws)),
     OPT_NUMBER(raw_creep, friction),
+    OPT_PART(raw_creep, falling, falling_fields),
+    OPT_NUMBER(raw_creep, k_a),
+    OPT_NUMBER(raw_creep, k_s),
     OPT_NUMBER(raw_creep, f11_N),
     OPT_NUMBER(raw_creep, f22_N),
     OPT_NUMBER(raw_creep, f23_Nm),
@@ -198,6 +213,7 @@ static const cyaml_schema_field_t vehicle_fields[] = {
     LIST(raw_vehicle, wheelsets, n_wheelsets, MUST, &wheelset, 1, KL_MAX_WHEELSETS),
     LIST(raw_vehicle, pairs, n_pairs, MUST, &pair, 1, KL_MAX_PAIRS),
     LIST(raw_vehicle, elements, n_elements, MAY, &element, 0, KL_MAX_ELEMENTS),
+    OPT_PART(raw_vehicle, creep_table, creep_table_fields),
     CYAML_FIELD_END};
 
 const cyaml_schema_value_t raw_vehicle_schema = {

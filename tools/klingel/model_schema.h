@@ -5,6 +5,8 @@
 #ifndef MODEL_SCHEMA_H
 #define MODEL_SCHEMA_H
 
+#include <stdbool.h>
+
 #include <cyaml/cyaml.h>
 #include <stdint.h>
 
@@ -107,9 +109,22 @@ struct raw_pair {
     double range_m;
 };
 
+struct raw_falling {
+    double ratio;
+    double decay_s_m;
+};
+
+struct raw_creep_table {
+    char *file;
+    bool *compact;
+};
+
 struct raw_creep {
     int law;
     double *friction;
+    struct raw_falling *falling;
+    double *k_a;
+    double *k_s;
     double *f11_N;
     double *f22_N;
     double *f23_Nm;
@@ -173,6 +188,7 @@ struct raw_vehicle {
     uint32_t n_pairs;
     struct raw_element *elements;
     uint32_t n_elements;
+    struct raw_creep_table *creep_table;
 };
 
 extern const cyaml_schema_value_t raw_vehicle_schema;

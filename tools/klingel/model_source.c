@@ -1,5 +1,7 @@
 #include "model_source.h"
 
+#include "creep_file.h"
+
 #include <errno.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -94,6 +96,10 @@ void model_source_free(struct model_parts *parts) {
     }
     free(parts->set_paths);
     outline_free(&parts->outline);
+    if (parts->creep_table != NULL) {
+        creep_file_free(parts->creep_table);
+    }
+    free(parts->creep_table);
     free(parts->path);
     free(parts->text);
     free(parts);

@@ -28,6 +28,7 @@ struct model_parts {
     char **set_paths; /* values that model_file_set replaced */
     size_t n_set;
     struct model_block *blocks;
+    struct creep_file *creep_table; /* NULL unless a law reads it */
     FILE *errors; /* during a call only */
     unsigned n_errors;
 };

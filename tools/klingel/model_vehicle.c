@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "creep_file.h"
 #include "model_convert.h"
 
 #define GROUND "ground"
@@ -31,10 +32,32 @@ static double or_zero(const double *value) {
     return value != NULL ? *value : 0.0;
 }
 
+/* Falling friction, and what is left of the initial slope on a wet or oiled rail. */
+static void adhesion(struct model_parts *parts, const struct raw_creep *raw, uint32_t i,
+                     struct kl_creep_def *def) {
+    double k_a = raw->k_a != NULL ? *raw->k_a : 1.0;
+    double k_s = raw->k_s != NULL ? *raw->k_s : k_a;
+    model_check(parts, k_a >= 0.01 && k_a <= 1.0, "must be 0.01 to 1", "wheelsets[%u].creep.k_a",
+                i);
+    model_check(parts, k_s >= 0.01 && k_s <= k_a, "must be 0.01 to k_a", "wheelsets[%u].creep.k_s",
+                i);
+    def->k_a = (kl_real)k_a;
+    def->k_s = (kl_real)k_s;
+    if (raw->falling != NULL) {
+        model_check(parts, raw->falling->ratio >= 0.0 && raw->falling->ratio <= 1.0,
+                    "must be 0 to 1", "wheelsets[%u].creep.falling.ratio", i);
+        model_check(parts, raw->falling->decay_s_m >= 0.0 && raw->falling->decay_s_m <= 100.0,
+                    "must be 0 to 100", "wheelsets[%u].creep.falling.decay_s_m", i);
+        def->falls = 1;
+        def->falling_ratio = (kl_real)raw->falling->ratio;
+        def->falling_decay_s_m = (kl_real)raw->falling->decay_s_m;
+    }
+}
+
 static void creep(struct model_parts *parts, const struct raw_creep *raw, uint32_t i,
                   struct kl_creep_def *def) {
-    if (raw->law == KL_CREEP_SHE) {
-        if (model_check(parts, raw->friction != NULL, "law she needs friction",
+    if (raw->law != KL_CREEP_LINEAR) {
+        if (model_check(parts, raw->friction != NULL, "every law but linear needs friction",
                         "wheelsets[%u].creep", i)) {
             model_check(parts, *raw->friction >= 0.0 && *raw->friction <= 2.0, "must be 0 to 2",
                         "wheelsets[%u].creep.friction", i);
@@ -42,9 +65,14 @@ static void creep(struct model_parts *parts, const struct raw_creep *raw, uint32
     } else {
         model_check(parts, raw->friction == NULL, "law linear knows no friction",
                     "wheelsets[%u].creep.friction", i);
+        model_check(parts, raw->falling == NULL, "law linear knows no friction",
+                    "wheelsets[%u].creep.falling", i);
     }
+    adhesion(parts, raw, i, def);
     int given = (raw->f11_N != NULL) + (raw->f22_N != NULL) + (raw->f23_Nm != NULL) +
                 (raw->f33_Nm2 != NULL);
+    model_check(parts, given == 0 || raw->law == KL_CREEP_LINEAR || raw->law == KL_CREEP_SHE,
+                "f11_N to f33_Nm2 go with the laws linear and she alone", "wheelsets[%u].creep", i);
     if (model_check(parts, given == 0 || given == 4,
                     "needs all of f11_N, f22_N, f23_Nm, f33_Nm2, or none (Hertz and Kalker)",
                     "wheelsets[%u].creep", i) &&
@@ -276,6 +304,38 @@ static void scalars(struct model_parts *parts, const struct raw_vehicle *raw,
     def->acceleration_limit_m_s2 = raw->acceleration_limit_m_s2;
 }
 
+/* The table that wheelsets of law `table` read. */
+static void creep_table(struct model_parts *parts, const struct raw_vehicle *raw,
+                        struct kl_vehicle_def *def) {
+    bool wanted = false;
+    for (uint32_t i = 0; i < raw->n_wheelsets; i++) {
+        wanted = wanted || raw->wheelsets[i].creep.law == KL_CREEP_TABLE;
+    }
+    const struct raw_creep_table *table = raw->creep_table;
+    if (!model_check(parts, !wanted || table != NULL, "law table needs a creep_table",
+                     "wheelsets") ||
+        table == NULL) {
+        return;
+    }
+    if (!model_check(parts, table->file != NULL, "needs a file", "creep_table") || !wanted) {
+        return;
+    }
+    char *path = model_beside(parts, table->file);
+    parts->creep_table = calloc(1, sizeof *parts->creep_table);
+    if (path == NULL || parts->creep_table == NULL) {
+        model_check(parts, false, "out of memory", "creep_table");
+        return;
+    }
+    bool compact = table->compact != NULL && *table->compact;
+    if (creep_file_load(parts->creep_table, path, compact, parts->errors) != 0) {
+        free(parts->creep_table);
+        parts->creep_table = NULL;
+        model_check(parts, false, "the table cannot be read", "creep_table.file");
+        return;
+    }
+    def->creep_table = &parts->creep_table->table;
+}
+
 static void convert(struct model_parts *parts, const struct raw_vehicle *raw,
                     struct kl_vehicle_def *def) {
     struct kl_body_def *bodies = model_take(parts, raw->n_bodies + 1u, sizeof *bodies);
@@ -293,6 +353,7 @@ static void convert(struct model_parts *parts, const struct raw_vehicle *raw,
         wheelset(parts, raw, i, &wheelsets[i]);
     }
     model_pairs_convert(parts, raw, pairs);
+    creep_table(parts, raw, def);
     def->n_bodies = raw->n_bodies;
     def->n_wheelsets = raw->n_wheelsets;
     def->n_pairs = raw->n_pairs;
