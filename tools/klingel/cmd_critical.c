@@ -67,7 +67,7 @@ static int parse_range(const char *text, struct range *range) {
         }
         at += strcspn(at, ":");
         if (*at == '\0' && i == 0) {
-            return cli_misuse("--speeds %s: must be LOW:HIGH or LOW:HIGH:STEP", text);
+            return cli_misuse("--speeds %s: must be A:B or A:B:STEP", text);
         }
         if (*at == '\0') {
             break;
@@ -386,12 +386,12 @@ int cmd_critical(int argc, char **argv) {
     settle.low = 1.0;
     const struct cli_option options[] = {
         {.name = "--speeds",
-         .argument = "LOW:HIGH:STEP",
+         .argument = "A:B:STEP",
          .kind = CLI_TEXT,
          .value = &a.speeds,
-         .help = "where to look for hunting, from HIGH down, m/s or with units; STEP may be\n"
-                 "left out: 1 m/s. Default: from 1.15 times the linear critical speed (or 100\n"
-                 "m/s) down to 0.4 times that"},
+         .help = "where to look for hunting, from B down to A, m/s or with units; STEP may be\n"
+                 "left out: 1 m/s. Default: from 1.15 times the linear critical speed\n"
+                 "(or 100 m/s) down to 0.4 times that"},
         {.name = "--linear",
          .kind = CLI_FLAG,
          .value = &a.linear,

@@ -10,6 +10,7 @@
 #define N KL_MAX_STATES
 #define MAX_NEWTON 40
 #define MAX_SETTLE 3000
+#define LONG_S 1e8
 #define STEADY 1e-9 /* rates below this, relative to their states' scale, are zero */
 
 /* Differences: small against table steps and creep saturation, large against rounding. */
@@ -142,7 +143,8 @@ static void go(struct linear *l, const struct kl_state *from, const double step[
 static bool improve(struct linear *l, kl_real *rates, double *worst) {
     double step[N];
     const struct kl_state before = l->state;
-    if (!find_step(l, rates, HUGE_VAL, step)) {
+    /* a slider that sticks has no rate at all: J is singular, a very long step is not */
+    if (!find_step(l, rates, HUGE_VAL, step) && !find_step(l, rates, LONG_S, step)) {
         return false;
     }
     for (double share = 1.0; share > 1e-3; share *= 0.5) {
@@ -354,9 +356,12 @@ static void collect(const struct linear *l, const struct eigen *e, struct modes 
 
 static void set_steps(struct linear *l) {
     const struct modes_names *names = l->request->names;
+    const double wider = sizeof(kl_real) == sizeof(double) ? 1.0 : 1e3;
+    for (uint32_t i = 0; i < l->request->model->n_states; i++) {
+        l->step[i] = STEP_POSITION * wider; /* what is no freedom's: series dampers, sliders */
+    }
     for (uint32_t f = 0; f < names->n; f++) {
         const bool spin = names->freedom[f].position < 0;
-        const double wider = sizeof(kl_real) == sizeof(double) ? 1.0 : 1e3;
         if (!spin) {
             l->step[names->freedom[f].position] = STEP_POSITION * wider;
         }
