@@ -26,6 +26,7 @@ int cmd_build(int argc, char **argv);
 int cmd_conicity(int argc, char **argv);
 int cmd_creep(int argc, char **argv);
 int cmd_critical(int argc, char **argv);
+int cmd_curve(int argc, char **argv);
 int cmd_dbc(int argc, char **argv);
 int cmd_geometry(int argc, char **argv);
 int cmd_hil(int argc, char **argv);

@@ -389,7 +389,7 @@ int cmd_critical(int argc, char **argv) {
          .argument = "A:B:STEP",
          .kind = CLI_TEXT,
          .value = &a.speeds,
-         .help = "where to look for hunting, from B down to A, m/s or with units; STEP may be\n"
+         .help = "where to look for hunting, from B down to A in m/s; STEP may be\n"
                  "left out: 1 m/s. Default: from 1.15 times the linear critical speed\n"
                  "(or 100 m/s) down to 0.4 times that"},
         {.name = "--linear",
@@ -413,8 +413,8 @@ int cmd_critical(int argc, char **argv) {
          .unit = "m",
          .low = 1e-5,
          .high = 0.1,
-         .help = "all wheelsets aside by that much at the start; default 5 mm. Cycles of less\n"
-                 "than a hundredth of it count as rest"},
+         .help = "all wheelsets aside by that much at the start; default 5 mm. Less than a\n"
+                 "hundredth of it is rest"},
         settle,
         {.name = "--tolerance",
          .argument = "X",
