@@ -17,6 +17,9 @@ static inline void carry_on(const kl_real *x, const kl_real *rate, kl_real h, kl
     next_rate[0] = change;
 }
 
+/* The usual body has all freedoms: nothing to pick. */
+#define ALL_FREEDOMS (KL_HAS(KL_FREEDOMS) - 1u)
+
 /* Carries one body on. Returns how many states it has. */
 static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *from, uint32_t first,
                            const struct kl_track_point *here, kl_real v,
@@ -24,6 +27,14 @@ static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *f
     const kl_real along = v * here->cant_s_1_m;
     const kl_real drift[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
                                         v * here->curvature_1_m};
+    if (body->freedoms == ALL_FREEDOMS) {
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            const uint32_t i = first + 2u * f;
+            carry_on(&from->x[i], &from->rate[i], from->h, drift[f], &motion->x[2u * f],
+                     &motion->rate[2u * f]);
+        }
+        return 2u * KL_FREEDOMS;
+    }
     uint32_t i = first;
     for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
         kl_real *x = &motion->x[2u * f];
@@ -163,7 +174,18 @@ static void suspension_forces(const struct kl_suspension *restrict suspension,
     const uint16_t *row_start = suspension->row_start;
     for (size_t i = 0, rows = suspension->n_coordinates; i < rows; i++) {
         kl_both sum = {KL_R(0), KL_R(0)}; /* elastic, viscous */
-        for (uint32_t n = (uint32_t)row_start[i + 1u] - row_start[i]; n != 0; n--) {
+        const uint32_t n = (uint32_t)row_start[i + 1u] - row_start[i];
+        for (uint32_t two = n >> 1; two != 0; two--) { /* two at a time, one after the other */
+            KL_EACH_LANE(g) {
+                KL_LANE(sum, g) +=
+                    kl_lane_load(&spring[0].k, g) * KL_LANE(motions->q[column[0]], g);
+                KL_LANE(sum, g) +=
+                    kl_lane_load(&spring[1].k, g) * KL_LANE(motions->q[column[1]], g);
+            }
+            spring += 2;
+            column += 2;
+        }
+        if ((n & 1u) != 0) {
             KL_EACH_LANE(g) {
                 KL_LANE(sum, g) += kl_lane_load(&spring->k, g) * KL_LANE(motions->q[*column], g);
             }
@@ -218,9 +240,12 @@ static void load_wheelsets(const struct kl_model *model, const struct kl_stage *
             KL_LANE(f->friction, g) = creep->friction * kl_lane_load(input->friction_factor[w], g);
             KL_LANE(f->slope, g) =
                 (KL_R(0.5) * (creep->k_a + creep->k_s)) * kl_lane_load(input->slope_factor[w], g);
-            KL_LANE(f->ratio, g) = creep->falling_ratio * kl_lane_load(input->falling_factor[w], g);
-            KL_LANE(f->decay, g) = kl_lane_all(creep->falling_decay_s_m) +
-                                   kl_lane_load(input->falling_decay_s_m[w], g);
+            if (creep->falls != 0) {
+                KL_LANE(f->ratio, g) =
+                    creep->falling_ratio * kl_lane_load(input->falling_factor[w], g);
+                KL_LANE(f->decay, g) = kl_lane_all(creep->falling_decay_s_m) +
+                                       kl_lane_load(input->falling_decay_s_m[w], g);
+            }
         }
         kl_axle_prepare(wheelset, &model->pairs[wheelset->pair], &e->axle[w], acting, f);
     }

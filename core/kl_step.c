@@ -13,7 +13,7 @@ static kl_lane limited(kl_lane value, kl_real limit_low, kl_real limit_high, kl_
     const kl_lane low = kl_lane_all(limit_low);
     const kl_lane kept = kl_lane_min(kl_lane_max(value, low), kl_lane_all(limit_high));
     const kl_lane off = kept - value;
-    *wrong += kl_lane_max(off, -off);
+    *wrong += off * off;
     return kl_lane_if_0(value - value, kept, kl_lane_all(otherwise));
 }
 
@@ -32,12 +32,14 @@ static uint32_t check_input(const struct kl_model *model, const struct kl_state 
             const kl_lane slope = kl_lane_load(input->slope_factor[w], g);
             kl_lane_store(kept->slope_factor[w], g,
                           limited(slope, KL_R(0.01), KL_R(1), KL_R(1), &wrong));
-            const kl_lane falling = kl_lane_load(input->falling_factor[w], g);
-            kl_lane_store(kept->falling_factor[w], g,
-                          limited(falling, KL_R(0), KL_R(1), KL_R(1), &wrong));
-            const kl_lane decay = kl_lane_load(input->falling_decay_s_m[w], g);
-            kl_lane_store(kept->falling_decay_s_m[w], g,
-                          limited(decay, KL_R(0), KL_R(100), KL_R(0), &wrong));
+            if (model->wheelsets[w].creep.falls != 0) {
+                const kl_lane falling = kl_lane_load(input->falling_factor[w], g);
+                kl_lane_store(kept->falling_factor[w], g,
+                              limited(falling, KL_R(0), KL_R(1), KL_R(1), &wrong));
+                const kl_lane decay = kl_lane_load(input->falling_decay_s_m[w], g);
+                kl_lane_store(kept->falling_decay_s_m[w], g,
+                              limited(decay, KL_R(0), KL_R(100), KL_R(0), &wrong));
+            }
         }
     }
     for (uint32_t b = 0; b < model->n_bodies; b++) {
