@@ -222,20 +222,17 @@ static void find_creepages(const struct kl_wheelset *restrict wheelset,
 
 /*
  * Vertical and roll equilibrium: N_r c_r + N_l c_l = P, N_r A_r - N_l A_l = R with A = arm cos - r
- * sin. P and R hold the inertia of y'', and y'' and both hold T2; so N is linear in the two T2.
+ * sin. P and R hold T2 and the inertia of y'', and y'' holds T2: see kl_axle_lift_solve.
  */
 static void prepare_normals(const struct kl_wheelset *restrict wheelset,
                             const struct kl_axle *restrict axle,
                             struct kl_axle_forces *restrict forces) {
     struct kl_contacts *contacts = &forces->contacts;
-    const struct kl_load *load = &forces->load;
     const kl_real z_part = (wheelset->mass_kg * axle->z_y) * forces->inv_mass_1_kg;
     const kl_real roll_part = (wheelset->inertia_roll_kgm2 * axle->phi_y) * forces->inv_mass_1_kg;
-    const kl_real down = load->down - z_part * load->free_y;
-    const kl_real roll = load->roll - roll_part * load->free_y;
+    contacts->z_part = z_part;
+    contacts->roll_part = roll_part;
     kl_both lever; /* A */
-    kl_both down_by;
-    kl_both roll_by;
     KL_EACH_LANE(g) {
         const kl_lane r = KL_LANE(axle->radius, g);
         const kl_lane arm = KL_LANE(axle->arm, g);
@@ -244,65 +241,37 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane held = KL_R(1) - r * axle->phi_y;
         const kl_lane extra = KL_LANE(axle->extra, g);
-        const kl_lane gain = held * (KL_LANE(axle->inv_cos, g) - s * extra);
-        KL_LANE(forces->gain, g) = gain;
+        KL_LANE(forces->gain, g) = held * (KL_LANE(axle->inv_cos, g) - s * extra);
         KL_LANE(contacts->pulls, g) = -(sign * held * (c * extra));
+        KL_LANE(contacts->turns, g) = arm * s + r * c;
         KL_LANE(lever, g) = arm * c - r * s;
-        KL_LANE(down_by, g) = -(gain * z_part + sign * s);
-        KL_LANE(roll_by, g) = -(gain * roll_part + (arm * s + r * c));
     }
     const kl_real inv = KL_R(1) / (lever[KL_RIGHT] * axle->cos_delta[KL_LEFT] +
                                    lever[KL_LEFT] * axle->cos_delta[KL_RIGHT]);
+    kl_both pulled;
     KL_EACH_LANE(g) {
-        const kl_lane sign = kl_lane_of(inv, -inv, g);
         const kl_lane by_down = KL_OTHER(lever, g) * inv;
-        const kl_lane by_roll = KL_OTHER(axle->cos_delta, g) * sign;
+        const kl_lane by_roll = KL_OTHER(axle->cos_delta, g) * kl_lane_of(inv, -inv, g);
+        const kl_lane backs = by_down * z_part + by_roll * roll_part;
         KL_LANE(contacts->by_down, g) = by_down;
         KL_LANE(contacts->by_roll, g) = by_roll;
-        KL_LANE(contacts->normal, g) = by_down * down + by_roll * roll;
-        KL_LANE(contacts->own, g) = by_down * KL_LANE(down_by, g) + by_roll * KL_LANE(roll_by, g);
-        KL_LANE(contacts->other, g) =
-            by_down * KL_OTHER(down_by, g) + by_roll * KL_OTHER(roll_by, g);
-        KL_LANE(contacts->backs, g) = by_down * z_part + by_roll * roll_part;
+        KL_LANE(contacts->backs, g) = backs;
+        KL_LANE(pulled, g) = KL_LANE(contacts->pulls, g) * backs;
     }
     /* a normal force that pulls aside has its own inertia against it: N = N0 - backs (pulls N) */
-    kl_both pulled;
-    kl_both pulled_normal;
-    kl_both pulled_other;
-    KL_EACH_LANE(g) {
-        const kl_lane pulls = KL_LANE(contacts->pulls, g);
-        KL_LANE(pulled, g) = pulls * KL_LANE(contacts->backs, g);
-        KL_LANE(pulled_normal, g) = pulls * KL_LANE(contacts->normal, g);
-        KL_LANE(pulled_other, g) = pulls * KL_LANE(contacts->own, g) +
-                                   KL_OTHER(contacts->pulls, g) * KL_OTHER(contacts->other, g);
-    }
     const kl_real share = KL_R(1) / (KL_R(1) + KL_SUM(pulled));
-    const kl_real normal = KL_SUM(pulled_normal);
     KL_EACH_LANE(g) {
         KL_LANE(contacts->backs, g) *= share;
     }
-    KL_EACH_LANE(g) {
-        const kl_lane backs = KL_LANE(contacts->backs, g);
-        KL_LANE(contacts->normal, g) -= backs * normal;
-        KL_LANE(contacts->own, g) -= backs * KL_LANE(pulled_other, g);
-        KL_LANE(contacts->other, g) -= backs * KL_OTHER(pulled_other, g);
-    }
 }
 
-/* A wheel pushes its rail and never pulls it; one that is up does neither. */
-#define CARRIED(forces, n, g)                                                                      \
-    (KL_LANE((forces)->lifting.carries, g) * kl_lane_max(n, kl_lane_all(KL_R(0))))
-
-/* Newton's rounds for the cube root of the first pass, an estimate within 1e-5. */
-#define ESTIMATE_ROUNDS 2
-
-/* One pass: creep forces of the normal forces, then normal forces of the creep forces. A wheel that
- * would have to be pulled down carries nothing. */
-static inline void find_creep(struct kl_axle_forces *forces, int rounds) {
+/* Creep forces of the expected normal forces, by saturation. */
+static inline void find_creep(struct kl_axle_forces *forces) {
     struct kl_contacts *contacts = &forces->contacts;
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(forces->normal, g);
-        const kl_lane y = kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), rounds);
+        const kl_lane y =
+            kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
         const kl_lane two_thirds = contacts->constant ? kl_lane_all(KL_R(1)) : n * y;
         const kl_lane one = contacts->constant ? kl_lane_all(KL_R(1)) : n;
         const kl_lane t1 = two_thirds * KL_LANE(contacts->linear1, g);
@@ -372,55 +341,10 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
     find_creepages(wheelset, axle, forces);
     prepare_normals(wheelset, axle, forces);
-    kl_axle_lift_reduce(wheelset, axle, forces);
+    kl_axle_lift_weights(forces);
 }
 
-/*
- * Newton's step for the normal forces. A creep force grows as N^e, e from 2/3 (linear) to 1
- * (sliding), so about the N it was found with it is T2 = rest + d N with d = e T2/N; N = normal +
- * own T2 + other T2' is then linear in both sides' N. In flange contact the creep force carries
- * much of the load, and without this the passes would converge slowly. The determinant is bounded
- * for states in which friction alone could hold the wheelset.
- */
-static inline void solve_normals(struct kl_axle_forces *forces) {
-    const struct kl_contacts *contacts = &forces->contacts;
-    kl_both d;
-    kl_both rest;
-    kl_both self;
-    kl_both cross;
-    kl_both known;
-    KL_EACH_LANE(g) {
-        const kl_lane t2 = KL_LANE(forces->t2, g);
-        const kl_lane used = KL_LANE(contacts->used, g);
-        const kl_lane grown =
-            KL_R(1) - (KL_R(3) * KL_LANE(forces->reduction, g) - KL_R(1)) * KL_R(1.0 / 6.0);
-        const kl_lane exponent =
-            contacts->constant ? kl_lane_all(KL_R(0)) : kl_lane_min(grown, kl_lane_all(KL_R(1)));
-        KL_LANE(d, g) = exponent * t2 / kl_lane_max(used, kl_lane_all(KL_R(1)));
-        KL_LANE(rest, g) = t2 - KL_LANE(d, g) * used;
-    }
-    KL_EACH_LANE(g) {
-        const kl_lane own = KL_LANE(contacts->own, g);
-        const kl_lane other = KL_LANE(contacts->other, g);
-        KL_LANE(self, g) = KL_R(1) - own * KL_LANE(d, g);
-        KL_LANE(cross, g) = other * KL_OTHER(d, g);
-        KL_LANE(known, g) =
-            (KL_LANE(contacts->normal, g) + own * KL_LANE(rest, g)) + other * KL_OTHER(rest, g);
-    }
-    const kl_real determinant = self[KL_RIGHT] * self[KL_LEFT] - cross[KL_RIGHT] * cross[KL_LEFT];
-    const kl_real inv = KL_R(1) / kl_max_real(determinant, KL_R(0.1));
-    KL_EACH_LANE(g) {
-        const kl_lane solved =
-            KL_LANE(known, g) * KL_OTHER(self, g) + KL_LANE(cross, g) * KL_OTHER(known, g);
-        KL_LANE(forces->normal, g) = CARRIED(forces, solved * inv, g);
-    }
-}
-
-/*
- * The law's forces at the normal forces that a saturation gave; then these once more with the law's
- * T2 in proportion to N, and all of the law's forces in that proportion, so that they stay within
- * mu N.
- */
+/* Creep forces of the expected normal forces, by a law that is more than a saturation. */
 static void follow_law(const struct kl_wheelset *restrict wheelset,
                        const struct kl_axle *restrict axle,
                        struct kl_axle_forces *restrict forces) {
@@ -429,14 +353,15 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
     struct kl_law_forces law;
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(forces->normal, g);
-        KL_LANE(contacts->used, g) = n;
-        KL_LANE(contacts->inv_cbrt, g) =
+        const kl_lane inv_cbrt =
             kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
+        KL_LANE(contacts->used, g) = n;
+        KL_LANE(contacts->inv_cbrt, g) = inv_cbrt;
         KL_LANE(contact.linear1, g) = KL_LANE(axle->f11, g) * KL_LANE(forces->creepages.gamma1, g);
         KL_LANE(contact.linear2, g) = KL_LANE(axle->f22, g) * KL_LANE(forces->creepages.gamma2, g);
         KL_LANE(contact.linear3, g) = KL_LANE(axle->f23, g) * KL_LANE(forces->creepages.omega3, g);
         KL_LANE(contact.normal, g) = n;
-        KL_LANE(contact.inv_cbrt, g) = KL_LANE(contacts->inv_cbrt, g);
+        KL_LANE(contact.inv_cbrt, g) = inv_cbrt;
         KL_LANE(contact.mu, g) = KL_LANE(forces->mu, g);
         for (int i = 0; i < KL_CREEP_SHAPES; i++) {
             KL_LANE(contact.shape[i], g) = KL_LANE(axle->shape[i], g);
@@ -444,29 +369,22 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
     }
     kl_axle_law(wheelset, forces, &contact, &law);
     KL_EACH_LANE(g) {
+        KL_LANE(forces->t1, g) = KL_LANE(law.t1, g);
         KL_LANE(forces->t2, g) = KL_LANE(law.t2, g);
-        KL_LANE(forces->reduction, g) = kl_lane_all(KL_R(-1)); /* exponent 1 */
-    }
-    solve_normals(forces);
-    KL_EACH_LANE(g) {
-        const kl_lane by = KL_LANE(forces->normal, g) /
-                           kl_lane_max(KL_LANE(contacts->used, g), kl_lane_all(KL_R(1)));
-        KL_LANE(forces->t1, g) = by * KL_LANE(law.t1, g);
-        KL_LANE(forces->t2, g) = by * KL_LANE(law.t2, g);
-        KL_LANE(forces->m3, g) = by * KL_LANE(law.m3, g);
+        KL_LANE(forces->m3, g) = KL_LANE(law.m3, g);
         KL_LANE(forces->reduction, g) = KL_LANE(law.reduction, g);
     }
 }
 
 void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
                      const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
-    KL_EACH_LANE(g) { /* as in the last step, but for a wheel that is up */
-        KL_LANE(forces->normal, g) = CARRIED(forces, KL_LANE(axle->before, g), g);
+    KL_EACH_LANE(g) { /* a wheel that is up carries nothing */
+        const kl_lane carries = kl_lane_all(KL_R(1)) - KL_LANE(axle->up, g);
+        KL_LANE(forces->normal, g) =
+            carries * kl_lane_max(KL_LANE(axle->expected, g), kl_lane_all(KL_R(0)));
     }
-    find_creep(forces, ESTIMATE_ROUNDS);
-    solve_normals(forces);
     if (kl_saturates(wheelset->creep.law)) {
-        find_creep(forces, KL_CBRT_ROUNDS);
+        find_creep(forces);
     } else {
         follow_law(wheelset, axle, forces);
     }

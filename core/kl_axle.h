@@ -7,11 +7,11 @@
  *     (m (1 + z_y^2) + I_x phi_y^2) y'' = F_y + z_y (F_z + m g) + phi_y M_x
  *                                         - m (kappa V^2 - g phi0) - m z_y b_z - I_x phi_y b_phi
  *                                         - phi_y I_y Omega psi' + sum T2 (1 - r phi_y)/cos delta
- * where z'' = z_y y'' + b_z and phi'' = phi_y y'' + b_phi. Normal forces then follow from vertical
- * and roll equilibrium. Creep forces need them, and they need the creep forces: an estimate, one
- * Newton step, and the creep forces once more, always. Against the converged solution that is
- * within 2e-4 of half the axle load in 99 % of random states on the tread, 1.4e-2 with flange
- * contact.
+ * where z'' = z_y y'' + b_z and phi'' = phi_y y'' + b_phi. Normal forces then
+ * follow from vertical and roll equilibrium. Creep forces need them and they need the creep forces:
+ * creep is taken at the normal forces that the last two steps lead to expect, which is of second
+ * order as the step is, and cut where the normal force comes out less. A constant number of
+ * operations; no iteration.
  */
 #ifndef KL_AXLE_H
 #define KL_AXLE_H
@@ -79,9 +79,9 @@ struct kl_axle {
     kl_both height_rate;
     kl_both rise; /* of the tread off the rail, >= 0 */
     kl_both rise_rate;
-    kl_both up;      /* 1 where the tread is off the rail */
-    kl_both landing; /* upward acceleration that stops a wheel which reaches the rail */
-    kl_both before;  /* the treads' normal forces of the last step */
+    kl_both up;       /* 1 where the tread is off the rail */
+    kl_both landing;  /* upward acceleration that stops a wheel which reaches the rail */
+    kl_both expected; /* the treads' normal forces, as the last two steps tell */
     struct kl_flange flange;
     kl_real z; /* relative to the smooth track, positive down */
     kl_real z_rate;
@@ -105,11 +105,11 @@ struct kl_contacts {
     kl_both backs;      /* by which the lateral motion changes N */
     kl_both by_down;    /* N = by_down (what is down) + by_roll (what rolls) */
     kl_both by_roll;
-    kl_both normal; /* N = max(normal + own T2 + other T2 of the other side, 0) */
-    kl_both own;
-    kl_both other;
-    kl_both used; /* the N that the creep forces stand for, and its N^(-1/3) */
+    kl_both turns; /* roll moment of a unit of T2, to the left */
+    kl_both used;  /* the N that the creep forces stand for, and its N^(-1/3) */
     kl_both inv_cbrt;
+    kl_real z_part; /* of the lateral force that goes into vertical and roll inertia */
+    kl_real roll_part;
 };
 
 /* What acts on the axle besides the contact, the inertia that is known already taken off. */
@@ -164,12 +164,7 @@ struct kl_lifting {
     kl_both free_y;
     kl_both right; /* the right wheel's normal force by either e'' */
     kl_both left;
-    kl_both normal; /* of kl_contacts, both wheels held on their rails */
-    kl_both own;
-    kl_both other;
-    kl_both by;      /* of the other wheel, which is up, in the equations of this one */
-    kl_both carries; /* 1 where the tread is on the rail when the step begins */
-    kl_both on;      /* and when it ends */
+    kl_both on; /* 1 where the tread is on the rail when the step ends */
     kl_both acceleration;
 };
 
@@ -234,14 +229,13 @@ void kl_axle_flange_load(const struct kl_wheelset *restrict wheelset,
 /* Carries the treads' rises on over the time h; before the posture. */
 void kl_axle_lift_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle);
 
-/* What lifting has to do with the loads, the estimates, and the normal forces in the end: before
- * and after the parts of kl_axle_prepare, and after kl_axle_balance. */
+/* What lifting has to do with the loads, before the parts of kl_axle_prepare; how the normal forces
+ * grow with the upward accelerations, after them; and these accelerations and the normal forces,
+ * from the creep forces. */
 void kl_axle_lift_prepare(const struct kl_wheelset *restrict wheelset,
                           const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
                           struct kl_axle_forces *restrict forces);
-void kl_axle_lift_reduce(const struct kl_wheelset *restrict wheelset,
-                         const struct kl_axle *restrict axle,
-                         struct kl_axle_forces *restrict forces);
+void kl_axle_lift_weights(struct kl_axle_forces *forces);
 void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
                         const struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces);

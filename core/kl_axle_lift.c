@@ -9,7 +9,7 @@ void kl_axle_lift_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *a
         const kl_lane rate = kl_lane_load(lift->rate_m_s, g);
         const kl_lane rise = kl_lane_load(lift->rise_m, g) + h * rate;
         const kl_lane up = kl_lane_positive_or_0(rise, kl_lane_all(KL_R(1)));
-        KL_LANE(axle->before, g) = kl_lane_load(lift->normal_N, g);
+        KL_LANE(axle->expected, g) = kl_lane_load(lift->expected_N, g);
         KL_LANE(axle->rise, g) = kl_lane_positive_or_0(rise, rise);
         KL_LANE(axle->up, g) = up;
         KL_LANE(axle->rise_rate, g) = up * rate;
@@ -39,50 +39,51 @@ void kl_axle_lift_prepare(const struct kl_wheelset *restrict wheelset,
     forces->load.roll += KL_SUM(known);
 }
 
-/* How the normal forces grow with the wheels' upward accelerations: a column for either wheel. */
-static void find_weights(const struct kl_wheelset *wheelset, const struct kl_axle *axle,
-                         struct kl_axle_forces *forces) {
+/* A column for either wheel. */
+void kl_axle_lift_weights(struct kl_axle_forces *forces) {
     struct kl_lifting *lifting = &forces->lifting;
-    const kl_real z_part = (wheelset->mass_kg * axle->z_y) * forces->inv_mass_1_kg;
-    const kl_real roll_part = (wheelset->inertia_roll_kgm2 * axle->phi_y) * forces->inv_mass_1_kg;
     const struct kl_contacts *contacts = &forces->contacts;
     KL_EACH_LANE(g) {
-        const kl_lane down = KL_LANE(lifting->down, g) - z_part * KL_LANE(lifting->free_y, g);
-        const kl_lane roll = KL_LANE(lifting->roll, g) - roll_part * KL_LANE(lifting->free_y, g);
-        KL_LANE(lifting->right, g) =
+        const kl_lane free_y = KL_LANE(lifting->free_y, g);
+        const kl_lane down = KL_LANE(lifting->down, g) - contacts->z_part * free_y;
+        const kl_lane roll = KL_LANE(lifting->roll, g) - contacts->roll_part * free_y;
+        const kl_lane right =
             contacts->by_down[KL_RIGHT] * down + contacts->by_roll[KL_RIGHT] * roll;
-        KL_LANE(lifting->left, g) =
-            contacts->by_down[KL_LEFT] * down + contacts->by_roll[KL_LEFT] * roll;
-    }
-    KL_EACH_LANE(g) {
-        const kl_lane right = KL_LANE(lifting->right, g);
-        const kl_lane left = KL_LANE(lifting->left, g);
+        const kl_lane left = contacts->by_down[KL_LEFT] * down + contacts->by_roll[KL_LEFT] * roll;
         const kl_lane pulled = contacts->pulls[KL_RIGHT] * right + contacts->pulls[KL_LEFT] * left;
         KL_LANE(lifting->right, g) = right - contacts->backs[KL_RIGHT] * pulled;
         KL_LANE(lifting->left, g) = left - contacts->backs[KL_LEFT] * pulled;
     }
 }
 
-void kl_axle_lift_reduce(const struct kl_wheelset *restrict wheelset,
-                         const struct kl_axle *restrict axle,
-                         struct kl_axle_forces *restrict forces) {
-    struct kl_lifting *lifting = &forces->lifting;
-    struct kl_contacts *contacts = &forces->contacts;
-    find_weights(wheelset, axle, forces);
-    const kl_real right = lifting->right[KL_LEFT] / lifting->left[KL_LEFT];
-    const kl_real left = lifting->left[KL_RIGHT] / lifting->right[KL_RIGHT];
+/* The normal forces that the creep forces ask for, both wheels held on their rails. */
+static inline void find_normals(const struct kl_axle *axle, const struct kl_axle_forces *forces,
+                                kl_both *normal) {
+    const struct kl_contacts *contacts = &forces->contacts;
+    const struct kl_load *load = &forces->load;
+    kl_both across;
+    kl_both sinks;
+    kl_both turns;
+    kl_both pulled;
     KL_EACH_LANE(g) {
-        const kl_lane by = KL_OTHER(axle->up, g) * kl_lane_of(right, left, g);
-        KL_LANE(lifting->normal, g) = KL_LANE(contacts->normal, g);
-        KL_LANE(lifting->own, g) = KL_LANE(contacts->own, g);
-        KL_LANE(lifting->other, g) = KL_LANE(contacts->other, g);
-        KL_LANE(lifting->carries, g) = kl_lane_all(KL_R(1)) - KL_LANE(axle->up, g);
-        KL_LANE(lifting->by, g) = by;
+        const kl_lane t2 = KL_LANE(forces->t2, g);
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        KL_LANE(across, g) = KL_LANE(forces->gain, g) * t2;
+        KL_LANE(sinks, g) = sign * (KL_LANE(axle->sin_delta, g) * t2);
+        KL_LANE(turns, g) = KL_LANE(contacts->turns, g) * t2;
     }
+    const kl_real free_y = load->free_y + KL_SUM(across);
+    const kl_real down = (load->down - contacts->z_part * free_y) - KL_SUM(sinks);
+    const kl_real roll = (load->roll - contacts->roll_part * free_y) - KL_SUM(turns);
     KL_EACH_LANE(g) {
-        const kl_lane by = KL_LANE(lifting->by, g);
-        KL_LANE(contacts->normal, g) -= by * KL_OTHER(lifting->normal, g);
-        KL_LANE(contacts->own, g) -= by * KL_OTHER(lifting->other, g);
+        const kl_lane n =
+            KL_LANE(contacts->by_down, g) * down + KL_LANE(contacts->by_roll, g) * roll;
+        KL_LANE(*normal, g) = n;
+        KL_LANE(pulled, g) = KL_LANE(contacts->pulls, g) * n;
+    }
+    const kl_real all = KL_SUM(pulled);
+    KL_EACH_LANE(g) {
+        KL_LANE(*normal, g) -= KL_LANE(contacts->backs, g) * all;
     }
 }
 
@@ -96,13 +97,10 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
                         struct kl_axle_forces *restrict forces) {
     const int loaded =
         wheelset->static_load_N > KL_R(0); /* without a load nothing could come down */
+    const int limited = wheelset->creep.law != KL_CREEP_LINEAR;
     struct kl_lifting *lifting = &forces->lifting;
     kl_both without;
-    KL_EACH_LANE(g) {
-        KL_LANE(without, g) =
-            (KL_LANE(lifting->normal, g) + KL_LANE(lifting->own, g) * KL_LANE(forces->t2, g)) +
-            KL_LANE(lifting->other, g) * KL_OTHER(forces->t2, g);
-    }
+    find_normals(axle, forces, &without);
     const kl_real n_r = without[KL_RIGHT];
     const kl_real n_l = without[KL_LEFT];
     const kl_real w_rr = lifting->right[KL_RIGHT];
@@ -129,12 +127,17 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
     kl_both free_y;
     KL_EACH_LANE(g) {
         const kl_lane zero = kl_lane_all(KL_R(0));
+        const kl_lane one = kl_lane_all(KL_R(1));
         KL_LANE(lifting->on, g) = KL_LANE(on, g);
         KL_LANE(lifting->acceleration, g) = KL_LANE(axle->landing, g) + KL_LANE(a, g);
         KL_LANE(free_y, g) = KL_LANE(a, g) * KL_LANE(lifting->free_y, g);
-        KL_LANE(forces->normal, g) = KL_LANE(on, g) * kl_lane_max(KL_LANE(n, g), zero);
-        KL_LANE(forces->t1, g) = KL_LANE(on, g) * KL_LANE(forces->t1, g);
-        KL_LANE(forces->t2, g) = KL_LANE(on, g) * KL_LANE(forces->t2, g);
+        const kl_lane normal = KL_LANE(on, g) * kl_lane_max(KL_LANE(n, g), zero);
+        /* creep stays within what this normal force allows */
+        const kl_lane used = kl_lane_max(KL_LANE(forces->contacts.used, g), one);
+        const kl_lane within = limited ? kl_lane_min(normal / used, one) : KL_LANE(on, g);
+        KL_LANE(forces->normal, g) = normal;
+        KL_LANE(forces->t1, g) = within * KL_LANE(forces->t1, g);
+        KL_LANE(forces->t2, g) = within * KL_LANE(forces->t2, g);
     }
     forces->load.free_y += KL_SUM(free_y);
 }
@@ -153,7 +156,9 @@ void kl_axle_lift_finish(const struct kl_axle *restrict axle,
         const kl_lane rate =
             kl_lane_load(lift->rate_m_s, g) + h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
         kl_lane_store(lift->rise_m, g, KL_LANE(axle->rise, g));
-        kl_lane_store(lift->normal_N, g, KL_LANE(forces->normal, g));
+        const kl_lane normal = KL_LANE(forces->normal, g);
+        kl_lane_store(lift->expected_N, g, KL_R(2) * normal - kl_lane_load(lift->normal_N, g));
+        kl_lane_store(lift->normal_N, g, normal);
         kl_lane_store(lift->rate_m_s, g,
                       kl_lane_if_0(KL_LANE(lifting->on, g), rate, kl_lane_all(KL_R(0))));
     }

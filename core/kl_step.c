@@ -98,8 +98,8 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
         x[KL_WS_Y_RATE] = pair->radius_m * (speed_m_s * here.cant_s_1_m);
         x[KL_WS_YAW_RATE] = speed_m_s * here.curvature_1_m;
         x[KL_WS_SPIN] = speed_m_s / pair->radius_m;
-        state->lift[w].normal_N[KL_RIGHT] = KL_R(0.5) * wheelset->static_load_N;
-        state->lift[w].normal_N[KL_LEFT] = KL_R(0.5) * wheelset->static_load_N;
+        state->lift[w].expected_N[KL_RIGHT] = KL_R(0.5) * wheelset->static_load_N;
+        state->lift[w].expected_N[KL_LEFT] = KL_R(0.5) * wheelset->static_load_N;
     }
     kl_refresh(model, state);
     return KL_OK;
@@ -149,11 +149,11 @@ static void write_rates(const struct kl_model *model, const struct kl_evaluation
 }
 
 /*
- * Evaluates a state as it stands. The normal forces of a step are found from those of the step
- * before; a state that comes from elsewhere has none that would fit, so they are found in a few
- * rounds, each of which leaves a hundredth of the error or less.
+ * Evaluates a state as it stands. A step takes creep at normal forces that it expects from the steps
+ * before; for a state that comes from elsewhere they are found in rounds, each of which leaves a
+ * fifth of the error or less.
  */
-#define ROUNDS 4
+#define ROUNDS 16
 static void evaluate_still(const struct kl_model *model, const struct kl_state *state,
                            const struct kl_input *input, struct kl_lift *lift,
                            struct kl_evaluation *e) {
@@ -163,7 +163,9 @@ static void evaluate_still(const struct kl_model *model, const struct kl_state *
         kl_evaluate(model, &here, &stage, input, e);
         for (uint32_t w = 0; w < model->n_wheelsets; w++) {
             lift[w].normal_N[KL_RIGHT] = e->forces[w].normal[KL_RIGHT];
+            lift[w].expected_N[KL_RIGHT] = e->forces[w].normal[KL_RIGHT];
             lift[w].normal_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
+            lift[w].expected_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
         }
     }
 }
