@@ -228,6 +228,56 @@ static void suspension(FILE *f, const struct kl_model *m, const char *name) {
     fputs("};\n\n", f);
 }
 
+static void slips(FILE *f, const struct kl_struts *s, const char *name) {
+    fprintf(f, "static const struct kl_slip %s_slip[] = {\n", name);
+    for (uint32_t i = 0; i < s->n_slips; i++) {
+        const struct kl_slip *slip = &s->slip[i];
+        fputs("    {", f);
+        field(f, "k", slip->k);
+        field(f, "inv_c", slip->inv_c);
+        field(f, "most_m", slip->most_m);
+        fputs("\n     ", f);
+        field(f, "gain", slip->gain);
+        field(f, "carry", slip->carry);
+        fputs("},\n", f);
+    }
+    fputs("};\n", f);
+}
+
+static void bends(FILE *f, const struct kl_struts *s, const char *name) {
+    words(f, name, "bend_start", s->bend_start, 2 * (size_t)(s->n_stops + s->n_dampers) + 1);
+    fprintf(f, "static const struct kl_bend %s_bend[] = {\n", name);
+    for (uint32_t i = 0; i < s->n_bends; i++) {
+        fputs("    {", f);
+        field(f, "at", s->bend[i].at);
+        field(f, "slope", s->bend[i].slope);
+        fputs("},\n", f);
+    }
+    fputs(s->n_bends > 0 ? "};\n" : "    {0}};\n", f);
+}
+
+static void struts(FILE *f, const struct kl_model *m, const char *name) {
+    const struct kl_struts *s = &m->struts;
+    if (kl_count_struts(s) == 0) {
+        return;
+    }
+    words(f, name, "term_start", s->term_start, kl_count_struts(s) + 1);
+    words(f, name, "term_column", s->column, s->n_terms);
+    fprintf(f, "static const kl_real %s_term_factor[] = ", name);
+    reals(f, s->factor, s->n_terms);
+    fputs(";\n", f);
+    if (s->n_slips > 0) {
+        slips(f, s, name);
+    }
+    if (s->n_stops + s->n_dampers > 0) {
+        bends(f, s, name);
+    }
+    if (s->n_actuators > 0) {
+        words(f, name, "actuator_input", s->input, s->n_actuators);
+    }
+    fputc('\n', f);
+}
+
 static void pieces(FILE *f, const struct kl_track *t, const char *name) {
     if (t->n_pieces > 0) {
         fprintf(f, "static const struct kl_piece %s_piece[] = {\n", name);
@@ -301,6 +351,29 @@ static void suspension_fields(FILE *f, const struct kl_suspension *s, const char
             s->n_coordinates, s->n_entries, name, name, name);
 }
 
+static void strut_fields(FILE *f, const struct kl_struts *s, const char *name) {
+    if (kl_count_struts(s) == 0) {
+        return;
+    }
+    fprintf(f,
+            "    .struts = {.n_slips = %" PRIu32 ", .n_stops = %" PRIu32 ", .n_dampers = %" PRIu32
+            ", .n_actuators = %" PRIu32 ",\n               .n_terms = %" PRIu32
+            ", .n_bends = %" PRIu32 ", .term_start = %s_term_start,\n"
+            "               .column = %s_term_column, .factor = %s_term_factor",
+            s->n_slips, s->n_stops, s->n_dampers, s->n_actuators, s->n_terms, s->n_bends, name,
+            name, name);
+    if (s->n_slips > 0) {
+        fprintf(f, ",\n               .slip = %s_slip", name);
+    }
+    if (s->n_stops + s->n_dampers > 0) {
+        fprintf(f, ",\n               .bend_start = %s_bend_start, .bend = %s_bend", name, name);
+    }
+    if (s->n_actuators > 0) {
+        fprintf(f, ",\n               .input = %s_actuator_input", name);
+    }
+    fputs("},\n", f);
+}
+
 static void definition(FILE *f, const struct kl_model *m, const char *name) {
     fprintf(f, "extern const struct kl_model %s;\nconst struct kl_model %s = {\n", name, name);
     fprintf(f,
@@ -320,6 +393,7 @@ static void definition(FILE *f, const struct kl_model *m, const char *name) {
     }
     fprintf(f, ".wheelsets = %s_wheelsets, .pairs = %s_pairs,\n", name, name);
     suspension_fields(f, &m->suspension, name);
+    strut_fields(f, &m->struts, name);
     track_fields(f, &m->track, name);
     if (m->creep_table != NULL) {
         fprintf(f, "    .creep_table = &%s_creep_table,\n", name);
@@ -334,11 +408,12 @@ static void head(FILE *f, const struct kl_model *m, const char *name) {
             "#include \"klingel.h\"\n\n"
             "#if KL_MODEL_VERSION != %" PRIu32 "u\n"
             "#error \"%s belongs to another version of the core: build it again\"\n#endif\n"
-            "#if KL_MAX_BODIES < %" PRIu32 " || KL_MAX_WHEELSETS < %" PRIu32 "\n"
-            "#error \"%s needs larger KL_MAX_BODIES or KL_MAX_WHEELSETS\"\n#endif\n"
+            "#if KL_MAX_BODIES < %" PRIu32 " || KL_MAX_WHEELSETS < %" PRIu32
+            " || KL_MAX_SLIPS < %" PRIu32 "\n"
+            "#error \"%s needs larger KL_MAX_BODIES, KL_MAX_WHEELSETS or KL_MAX_SLIPS\"\n#endif\n"
             "_Static_assert(sizeof(kl_real) == %zu, \"%s was built for another real type\");\n\n",
             m->name, (unsigned)m->n_states, emit_model_bytes(m), m->version, name, m->n_bodies,
-            m->n_wheelsets, name, sizeof(kl_real), name);
+            m->n_wheelsets, m->struts.n_slips, name, sizeof(kl_real), name);
 }
 
 void emit_model(FILE *file, const struct kl_model *model, const char *name) {
@@ -347,6 +422,7 @@ void emit_model(FILE *file, const struct kl_model *model, const char *name) {
     wheelsets(file, model, name);
     pairs(file, model, name);
     suspension(file, model, name);
+    struts(file, model, name);
     pieces(file, &model->track, name);
     irregularities(file, &model->track, name);
     if (model->creep_table != NULL) {
@@ -364,6 +440,10 @@ size_t emit_model_bytes(const struct kl_model *m) {
                    (s->n_coordinates + 1 + s->n_entries) * sizeof(uint16_t) +
                    s->n_entries * sizeof(struct kl_spring) +
                    m->track.n_pieces * sizeof(struct kl_piece) + m->track.n_bins * sizeof(uint16_t);
+    const struct kl_struts *struts = &m->struts;
+    bytes += (kl_count_struts(struts) + struts->n_terms + struts->n_actuators) * sizeof(uint16_t) +
+             struts->n_terms * sizeof(kl_real) + struts->n_slips * sizeof(struct kl_slip) +
+             struts->n_bends * sizeof(struct kl_bend);
     for (uint32_t i = 0; i < m->n_pairs; i++) {
         const struct kl_flange_table *flange = m->pairs[i].flange;
         bytes += KL_SIDES * (2 * m->pairs[i].half + 1) * sizeof(struct kl_row) +

@@ -38,6 +38,17 @@ static void say(struct model_parts *parts, const char *key, const struct kl_diag
     }
 }
 
+/* The file that a pair stands in, and its number there. */
+static struct model_parts *pair_source(struct model_file *mf, uint32_t *index) {
+    struct model_parts *parts = mf->vehicle_parts;
+    if (parts->n_children == 0) {
+        return parts;
+    }
+    const uint32_t train = *index;
+    *index = parts->pair_index[train];
+    return parts->child[parts->pair_child[train]].parts;
+}
+
 /* The pair that fails when built alone. */
 static int blame_pair(struct model_file *mf) {
     for (uint32_t i = 0; i < mf->vehicle.n_pairs; i++) {
@@ -47,8 +58,10 @@ static int blame_pair(struct model_file *mf) {
         char key[64];
         kl_arena_init(&arena, mf->arena_memory, mf->arena_size);
         if (kl_pair_build(&mf->vehicle.pairs[i], &arena, &pair, &diag) != KL_OK) {
-            snprintf(key, sizeof key, "pairs[%u]", i);
-            say(mf->vehicle_parts, key, &diag);
+            uint32_t index = i;
+            struct model_parts *parts = pair_source(mf, &index);
+            snprintf(key, sizeof key, "pairs[%u]", index);
+            say(parts, key, &diag);
             return 1;
         }
     }
@@ -87,45 +100,92 @@ static int blame_track(struct model_file *mf) {
 }
 
 /* Elements of the definition are more than those of the file where some are mirrored; the name
- * leads back: it is the file's, or the file's and _r or _l. */
-static void element_key(const struct model_file *mf, uint32_t index, char *key, size_t size) {
+ * leads back: it is the file's, or the file's and _r or _l. `skip`: the prefix of a train's. */
+static void named_key(const struct model_parts *parts, const char *list, const char *whole,
+                      size_t skip, char *key, size_t size) {
     char name[KL_NAME_SIZE];
     char path[64];
-    const struct outline *outline = &mf->vehicle_parts->outline;
-    memcpy(name, mf->vehicle.elements[index].name, sizeof name);
-    snprintf(path, sizeof path, "elements.%s", name);
+    const struct outline *outline = &parts->outline;
+    snprintf(name, sizeof name, "%s", whole + skip);
+    snprintf(path, sizeof path, "%s.%s", list, name);
     int32_t node = outline_find(outline, path, NULL);
     if (node == OUTLINE_NONE && strlen(name) > 2) {
         name[strlen(name) - 2] = '\0';
-        snprintf(path, sizeof path, "elements.%s", name);
+        snprintf(path, sizeof path, "%s.%s", list, name);
         node = outline_find(outline, path, NULL);
     }
     outline_path(outline, node != OUTLINE_NONE ? node : 0, key, size);
 }
 
-static void blame_vehicle(struct model_file *mf, const struct kl_diag *diag) {
-    static const char *const word[] = {"body", "wheelset", "creep", "element"};
-    static const char *const list[] = {"bodies", "wheelsets", "wheelsets", "elements"};
-    const uint32_t count[] = {mf->vehicle.n_bodies, mf->vehicle.n_wheelsets,
-                              mf->vehicle.n_wheelsets, mf->vehicle.n_elements};
-    char key[MODEL_PATH_SIZE] = "";
-    for (int i = 0; i < 4 && diag->what != NULL && key[0] == '\0'; i++) {
-        if (strncmp(diag->what, word[i], strlen(word[i])) != 0 || diag->index < 0 ||
-            (uint32_t)diag->index >= count[i]) {
-            continue;
-        }
-        if (i == 3) {
-            element_key(mf, (uint32_t)diag->index, key, sizeof key);
-        } else {
-            snprintf(key, sizeof key, "%s[%d]", list[i], (int)diag->index);
+/* A kind of parts, as kl_diag numbers them. */
+struct kind {
+    const char *word; /* with which kl_diag begins */
+    const char *list;
+    uint32_t count;
+    const char *name; /* of the one that is meant */
+};
+
+static int find_kind(const struct model_file *mf, const struct kl_diag *diag, struct kind *kind) {
+    const struct kl_vehicle_def *v = &mf->vehicle;
+    const uint32_t i = diag->index >= 0 ? (uint32_t)diag->index : UINT32_MAX;
+    const struct kind kinds[] = {
+        {"body", "bodies", v->n_bodies, i < v->n_bodies ? v->bodies[i].name : ""},
+        {"wheelset", "wheelsets", v->n_wheelsets, i < v->n_wheelsets ? v->wheelsets[i].name : ""},
+        {"creep", "wheelsets", v->n_wheelsets, i < v->n_wheelsets ? v->wheelsets[i].name : ""},
+        {"element", "elements", v->n_elements, i < v->n_elements ? v->elements[i].name : ""},
+        {"linkage", "linkages", v->n_linkages, i < v->n_linkages ? v->linkages[i].name : ""}};
+    for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
+        if (strncmp(diag->what, kinds[k].word, strlen(kinds[k].word)) == 0 && i < kinds[k].count) {
+            *kind = kinds[k];
+            return 1;
         }
     }
-    say(mf->vehicle_parts, key, diag);
+    return 0;
+}
+
+/* The file in which the i-th of a kind stands: the vehicle's, or one of a train's. */
+static struct model_parts *source_of(struct model_parts *train, const struct kind *kind,
+                                     uint32_t i) {
+    struct model_parts *found = train;
+    const bool own = (kind->list[0] == 'e' && i >= train->own_element) ||
+                     (kind->list[0] == 'l' && i >= train->own_linkage);
+    for (uint32_t c = 0; c < train->n_children && !own; c++) {
+        const struct model_child *child = &train->child[c];
+        const uint32_t first = kind->list[0] == 'b'   ? child->first_body
+                               : kind->list[0] == 'w' ? child->first_wheelset
+                               : kind->list[0] == 'e' ? child->first_element
+                                                      : child->first_linkage;
+        found = i >= first ? child->parts : found;
+    }
+    return found;
+}
+
+/* Behind the prefix: car1_body of the train is body of its file. A prefix has no end of its own, so
+ * the shortest that leads to a name in the file counts. */
+static void blame_vehicle(struct model_file *mf, const struct kl_diag *diag) {
+    struct model_parts *parts = mf->vehicle_parts;
+    char key[MODEL_PATH_SIZE] = "";
+    struct kind kind;
+    if (diag->what != NULL && find_kind(mf, diag, &kind)) {
+        struct model_parts *train = parts;
+        parts = source_of(train, &kind, (uint32_t)diag->index);
+        size_t skip = 0;
+        do {
+            named_key(parts, kind.list, kind.name, skip, key, sizeof key);
+            const char *next = strchr(kind.name + skip, '_');
+            skip = next != NULL ? (size_t)(next - kind.name) + 1 : strlen(kind.name);
+        } while (key[0] == '\0' && parts != train && kind.name[skip] != '\0');
+    }
+    say(parts, key, diag);
 }
 
 static void explain(struct model_file *mf, const struct kl_diag *diag, FILE *errors) {
     mf->vehicle_parts->errors = errors;
     mf->vehicle_parts->n_errors = 0;
+    for (uint32_t i = 0; i < mf->vehicle_parts->n_children; i++) {
+        mf->vehicle_parts->child[i].parts->errors = errors;
+        mf->vehicle_parts->child[i].parts->n_errors = 0;
+    }
     if (mf->track_parts != NULL) {
         mf->track_parts->errors = errors;
         mf->track_parts->n_errors = 0;

@@ -173,11 +173,17 @@ int model_file_set(struct model_file *mf, const char *const *assignments, size_t
 
 const char *model_file_pair_name(const struct model_file *mf, uint32_t i) {
     char path[48];
-    if (mf->vehicle_parts == NULL) {
+    const struct model_parts *parts = mf->vehicle_parts;
+    if (parts == NULL || i >= mf->vehicle.n_pairs) {
         return "?";
     }
-    const struct outline *outline = &mf->vehicle_parts->outline;
-    snprintf(path, sizeof path, "pairs[%u].name", (unsigned)i);
+    uint32_t index = i;
+    if (parts->n_children > 0) {
+        index = parts->pair_index[i];
+        parts = parts->child[parts->pair_child[i]].parts;
+    }
+    const struct outline *outline = &parts->outline;
+    snprintf(path, sizeof path, "pairs[%u].name", (unsigned)index);
     int32_t node = outline_find(outline, path, NULL);
     return node != OUTLINE_NONE && outline->nodes[node].text != NULL ? outline->nodes[node].text
                                                                      : "?";

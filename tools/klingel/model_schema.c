@@ -183,6 +183,40 @@ static const cyaml_strval_t mirrors[] = {{"none", RAW_MIRROR_NONE},
 static const cyaml_schema_value_t end_name = {
     CYAML_VALUE_STRING(MUST, char[KL_NAME_SIZE], 1, KL_NAME_SIZE - 1)};
 
+static const cyaml_strval_t sways[] = {
+    {"none", KL_SWAY_NONE}, {"clamped", KL_SWAY_CLAMPED}, {"pinned", KL_SWAY_PINNED}};
+
+static const cyaml_strval_t directions[] = {{"x", KL_ALONG_X},         {"y", KL_ALONG_Y},
+                                            {"z", KL_ALONG_Z},         {"roll", KL_ALONG_ROLL},
+                                            {"pitch", KL_ALONG_PITCH}, {"yaw", KL_ALONG_YAW},
+                                            {"line", KL_ALONG_LINE}};
+
+static const cyaml_schema_field_t rod_fields[] = {NUMBER(raw_rod, k_N_m),
+                                                  NUMBER_OR_0(raw_rod, c_Ns_m), CYAML_FIELD_END};
+
+static const cyaml_schema_field_t series_fields[] = {OPT_NUMBER(raw_series, k_N_m),
+                                                     OPT_NUMBER(raw_series, k_Nm_rad),
+                                                     OPT_NUMBER(raw_series, c_Ns_m),
+                                                     OPT_NUMBER(raw_series, c_Nms_rad),
+                                                     OPT_NUMBER(raw_series, limit_N),
+                                                     OPT_NUMBER(raw_series, limit_Nm),
+                                                     CYAML_FIELD_END};
+
+static const cyaml_schema_field_t friction_fields[] = {
+    OPT_NUMBER(raw_friction, k_N_m), OPT_NUMBER(raw_friction, k_Nm_rad),
+    OPT_NUMBER(raw_friction, force_N), OPT_NUMBER(raw_friction, moment_Nm), CYAML_FIELD_END};
+
+#define NUMBERS(type, member) LIST(type, member, n_##member, MAY, &number, 1, KL_MAX_TABLE_POINTS)
+#define SWITCH(type, member) CYAML_FIELD_BOOL(#member, STRICT_MAY, struct type, member)
+
+static const cyaml_schema_field_t stop_fields[] = {
+    NUMBERS(raw_table, deflection_m), NUMBERS(raw_table, angle_rad), NUMBERS(raw_table, force_N),
+    NUMBERS(raw_table, moment_Nm),    SWITCH(raw_table, two_sided),  CYAML_FIELD_END};
+
+static const cyaml_schema_field_t damper_fields[] = {
+    NUMBERS(raw_table, velocity_m_s), NUMBERS(raw_table, rate_rad_s), NUMBERS(raw_table, force_N),
+    NUMBERS(raw_table, moment_Nm),    SWITCH(raw_table, two_sided),   CYAML_FIELD_END};
+
 static const cyaml_schema_field_t element_fields[] = {
     NAME(raw_element, name),
     CYAML_FIELD_SEQUENCE_FIXED("between", MUST, struct raw_element, between, &end_name, 2),
@@ -195,7 +229,41 @@ static const cyaml_schema_field_t element_fields[] = {
     TRIPLE(raw_element, k_Nm_rad),
     TRIPLE(raw_element, c_Ns_m),
     TRIPLE(raw_element, c_Nms_rad),
+    CYAML_FIELD_ENUM_PTR("sway", STRICT_MAY, struct raw_element, sway, sways,
+                         CYAML_ARRAY_LEN(sways)),
+    CYAML_FIELD_ENUM_PTR("along", STRICT_MAY, struct raw_element, along, directions,
+                         CYAML_ARRAY_LEN(directions)),
+    OPT_PART(raw_element, rod, rod_fields),
+    OPT_PART(raw_element, series, series_fields),
+    OPT_PART(raw_element, friction, friction_fields),
+    OPT_PART(raw_element, stop, stop_fields),
+    OPT_PART(raw_element, damper, damper_fields),
+    CYAML_FIELD_UINT_PTR("actuator", STRICT_MAY, struct raw_element, actuator),
     CYAML_FIELD_END};
+
+static const cyaml_strval_t term_freedoms[] = {
+    {"y", KL_Y}, {"z", KL_Z}, {"roll", KL_ROLL}, {"pitch", KL_PITCH}, {"yaw", KL_YAW}};
+
+static const cyaml_schema_field_t term_fields[] = {
+    NAME(raw_term, of),
+    CYAML_FIELD_ENUM("freedom", STRICT_MUST, struct raw_term, freedom, term_freedoms,
+                     CYAML_ARRAY_LEN(term_freedoms)),
+    NUMBER(raw_term, factor), CYAML_FIELD_END};
+
+static const cyaml_schema_value_t term = {CYAML_VALUE_MAPPING(MUST, struct raw_term, term_fields)};
+
+static const cyaml_schema_field_t linkage_fields[] = {
+    NAME(raw_linkage, name),
+    LIST(raw_linkage, terms, n_terms, MUST, &term, 2, KL_MAX_TERMS),
+    OPT_NUMBER(raw_linkage, k_N_m),
+    OPT_NUMBER(raw_linkage, k_Nm_rad),
+    OPT_NUMBER(raw_linkage, c_Ns_m),
+    OPT_NUMBER(raw_linkage, c_Nms_rad),
+    SWITCH(raw_linkage, rigid),
+    CYAML_FIELD_END};
+
+static const cyaml_schema_value_t linkage = {
+    CYAML_VALUE_MAPPING(MUST, struct raw_linkage, linkage_fields)};
 
 static const cyaml_schema_value_t body = {CYAML_VALUE_MAPPING(MUST, struct raw_body, body_fields)};
 static const cyaml_schema_value_t wheelset = {
@@ -214,10 +282,33 @@ static const cyaml_schema_field_t vehicle_fields[] = {
     LIST(raw_vehicle, pairs, n_pairs, MUST, &pair, 1, KL_MAX_PAIRS),
     LIST(raw_vehicle, elements, n_elements, MAY, &element, 0, KL_MAX_ELEMENTS),
     OPT_PART(raw_vehicle, creep_table, creep_table_fields),
+    LIST(raw_vehicle, linkages, n_linkages, MAY, &linkage, 0, KL_MAX_LINKAGES),
     CYAML_FIELD_END};
 
 const cyaml_schema_value_t raw_vehicle_schema = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, struct raw_vehicle, vehicle_fields)};
+
+/* ---- train ---- */
+
+static const cyaml_schema_field_t part_fields[] = {
+    NAME(raw_part, prefix),
+    CYAML_FIELD_STRING_PTR("file", MUST | CYAML_FLAG_POINTER, struct raw_part, file, 1, 200),
+    NUMBER(raw_part, at_x_m), SWITCH(raw_part, reversed), CYAML_FIELD_END};
+
+static const cyaml_schema_value_t part = {CYAML_VALUE_MAPPING(MUST, struct raw_part, part_fields)};
+
+static const cyaml_schema_field_t train_fields[] = {
+    NAME(raw_train, name),
+    CYAML_FIELD_INT("step_ns", MUST, struct raw_train, step_ns),
+    NUMBER(raw_train, gravity_m_s2),
+    NUMBER(raw_train, acceleration_limit_m_s2),
+    LIST(raw_train, vehicles, n_vehicles, MUST, &part, 1, KL_MAX_WHEELSETS),
+    LIST(raw_train, elements, n_elements, MAY, &element, 0, KL_MAX_ELEMENTS),
+    LIST(raw_train, linkages, n_linkages, MAY, &linkage, 0, KL_MAX_LINKAGES),
+    CYAML_FIELD_END};
+
+const cyaml_schema_value_t raw_train_schema = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, struct raw_train, train_fields)};
 
 /* ---- track ---- */
 

@@ -162,6 +162,44 @@ struct raw_point {
 
 enum raw_mirror { RAW_MIRROR_NONE = 0, RAW_MIRROR_LATERAL = 1 };
 
+/* Of each pair the one that fits the direction: length or angle. */
+struct raw_rod {
+    double k_N_m;
+    double c_Ns_m;
+};
+
+struct raw_series {
+    double *k_N_m;
+    double *k_Nm_rad;
+    double *c_Ns_m;
+    double *c_Nms_rad;
+    double *limit_N;
+    double *limit_Nm;
+};
+
+struct raw_friction {
+    double *k_N_m;
+    double *k_Nm_rad;
+    double *force_N;
+    double *moment_Nm;
+};
+
+struct raw_table {
+    double *deflection_m;
+    double *angle_rad;
+    double *velocity_m_s;
+    double *rate_rad_s;
+    double *force_N;
+    double *moment_Nm;
+    uint32_t n_deflection_m;
+    uint32_t n_angle_rad;
+    uint32_t n_velocity_m_s;
+    uint32_t n_rate_rad_s;
+    uint32_t n_force_N;
+    uint32_t n_moment_Nm;
+    bool two_sided;
+};
+
 struct raw_element {
     char name[KL_NAME_SIZE];
     char between[2][KL_NAME_SIZE];
@@ -169,10 +207,35 @@ struct raw_element {
     struct raw_point *at_a;
     struct raw_point *at_b;
     int mirror;
+    int *sway;  /* enum kl_sway */
+    int *along; /* enum kl_along */
+    struct raw_rod *rod;
+    struct raw_series *series;
+    struct raw_friction *friction;
+    struct raw_table *stop;
+    struct raw_table *damper;
+    uint32_t *actuator;
     double k_N_m[3];
     double k_Nm_rad[3];
     double c_Ns_m[3];
     double c_Nms_rad[3];
+};
+
+struct raw_term {
+    char of[KL_NAME_SIZE];
+    int freedom; /* enum kl_freedom */
+    double factor;
+};
+
+struct raw_linkage {
+    char name[KL_NAME_SIZE];
+    struct raw_term *terms;
+    uint32_t n_terms;
+    double *k_N_m;
+    double *k_Nm_rad;
+    double *c_Ns_m;
+    double *c_Nms_rad;
+    bool rigid;
 };
 
 struct raw_vehicle {
@@ -189,9 +252,35 @@ struct raw_vehicle {
     struct raw_element *elements;
     uint32_t n_elements;
     struct raw_creep_table *creep_table;
+    struct raw_linkage *linkages;
+    uint32_t n_linkages;
 };
 
 extern const cyaml_schema_value_t raw_vehicle_schema;
+
+/* ---- train.yaml ---- */
+
+struct raw_part {
+    char prefix[KL_NAME_SIZE];
+    char *file;
+    double at_x_m;
+    bool reversed;
+};
+
+struct raw_train {
+    char name[KL_NAME_SIZE];
+    int64_t step_ns;
+    double gravity_m_s2;
+    double acceleration_limit_m_s2;
+    struct raw_part *vehicles;
+    uint32_t n_vehicles;
+    struct raw_element *elements;
+    uint32_t n_elements;
+    struct raw_linkage *linkages;
+    uint32_t n_linkages;
+};
+
+extern const cyaml_schema_value_t raw_train_schema;
 
 /* ---- track.yaml ---- */
 

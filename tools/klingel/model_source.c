@@ -95,6 +95,10 @@ void model_source_free(struct model_parts *parts) {
         free(parts->set_paths[i]);
     }
     free(parts->set_paths);
+    for (uint32_t i = 0; i < parts->n_children; i++) {
+        model_source_free(parts->child[i].parts);
+    }
+    free(parts->child);
     outline_free(&parts->outline);
     if (parts->creep_table != NULL) {
         creep_file_free(parts->creep_table);

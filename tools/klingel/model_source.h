@@ -20,6 +20,17 @@ struct model_block {
     struct model_block *next;
 };
 
+/* A vehicle file that a train is made of, and where its parts begin in those of the train. */
+struct model_child {
+    struct model_parts *parts;
+    uint32_t first_body;
+    uint32_t first_wheelset;
+    uint32_t first_element;
+    uint32_t first_linkage;
+};
+
+#define MODEL_MAX_CHILD_PAIRS 4
+
 struct model_parts {
     char *path;
     char *text;
@@ -29,6 +40,12 @@ struct model_parts {
     size_t n_set;
     struct model_block *blocks;
     struct creep_file *creep_table; /* NULL unless a law reads it */
+    struct model_child *child; /* of a train, in its order */
+    uint32_t n_children;
+    uint32_t own_element; /* the first element and linkage that are the train's own */
+    uint32_t own_linkage;
+    uint32_t pair_child[MODEL_MAX_CHILD_PAIRS]; /* where each pair of a train comes from */
+    uint32_t pair_index[MODEL_MAX_CHILD_PAIRS];
     FILE *errors; /* during a call only */
     unsigned n_errors;
 };

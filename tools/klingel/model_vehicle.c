@@ -6,8 +6,7 @@
 #include "creep_file.h"
 #include "model_convert.h"
 
-#define GROUND "ground"
-#define NO_END INT32_MIN
+#define GROUND MODEL_GROUND
 
 static void body(struct model_parts *parts, const struct raw_body *raw, uint32_t i,
                  struct kl_body_def *def) {
@@ -90,18 +89,13 @@ static void creep(struct model_parts *parts, const struct raw_creep *raw, uint32
     def->f33_Nm2 = (kl_real)or_zero(raw->f33_Nm2);
 }
 
-static void append(char *text, size_t size, const char *name) {
-    size_t used = strlen(text);
-    snprintf(text + used, size - used, "%s%s", used > 0 ? ", " : "", name);
-}
-
 static uint32_t pair_index(struct model_parts *parts, const struct raw_vehicle *raw, uint32_t i) {
     char known[200] = "";
     for (uint32_t p = 0; p < raw->n_pairs; p++) {
         if (strcmp(raw->pairs[p].name, raw->wheelsets[i].pair) == 0) {
             return p;
         }
-        append(known, sizeof known, raw->pairs[p].name);
+        model_append(known, sizeof known, raw->pairs[p].name);
     }
     char what[240];
     snprintf(what, sizeof what, "no such pair; known: %s", known);
@@ -127,118 +121,6 @@ static void wheelset(struct model_parts *parts, const struct raw_vehicle *vehicl
     def->load_N = raw->load_N;
     def->pair = pair_index(parts, vehicle, i);
     creep(parts, &raw->creep, i, &def->creep);
-}
-
-static int32_t end_index(struct model_parts *parts, const struct raw_vehicle *raw, uint32_t i,
-                         uint32_t end) {
-    const char *name = raw->elements[i].between[end];
-    char known[400] = "";
-    if (strcmp(name, GROUND) == 0) {
-        return KL_GROUND_END;
-    }
-    for (uint32_t b = 0; b < raw->n_bodies; b++) {
-        if (strcmp(raw->bodies[b].name, name) == 0) {
-            return (int32_t)b;
-        }
-        append(known, sizeof known, raw->bodies[b].name);
-    }
-    for (uint32_t w = 0; w < raw->n_wheelsets; w++) {
-        if (strcmp(raw->wheelsets[w].name, name) == 0) {
-            return KL_WHEELSET_END((int32_t)w);
-        }
-        append(known, sizeof known, raw->wheelsets[w].name);
-    }
-    char what[480];
-    snprintf(what, sizeof what, "no such body or wheelset; known: %s, " GROUND, known);
-    model_check(parts, false, what, "elements[%u].between[%u]", i, end);
-    return NO_END;
-}
-
-static void element_points(struct model_parts *parts, const struct raw_element *raw, uint32_t i,
-                           struct kl_element_def *def) {
-    bool one = raw->at != NULL && raw->at_a == NULL && raw->at_b == NULL;
-    bool two = raw->at == NULL && raw->at_a != NULL && raw->at_b != NULL;
-    if (!model_check(parts, one || two, "needs either at (both ends), or at_a and at_b",
-                     "elements[%u]", i)) {
-        return;
-    }
-    const struct raw_point *a = one ? raw->at : raw->at_a;
-    const struct raw_point *b = one ? raw->at : raw->at_b;
-    if (raw->mirror == RAW_MIRROR_LATERAL) {
-        model_check(parts, a->y_m > 0.0, "with mirror: lateral the right one is stated, y_m > 0",
-                    "elements[%u].%s.y_m", i, one ? "at" : "at_a");
-    }
-    def->point_a_m[0] = a->x_m;
-    def->point_a_m[1] = a->y_m;
-    def->point_a_m[2] = -a->height_m;
-    def->point_b_m[0] = b->x_m;
-    def->point_b_m[1] = b->y_m;
-    def->point_b_m[2] = -b->height_m;
-}
-
-static void element_rates(struct model_parts *parts, const struct raw_element *raw, uint32_t i,
-                          struct kl_element_def *def) {
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        model_not_negative(parts, raw->k_N_m[axis], "elements[%u].k_N_m[%u]", i, axis);
-        model_not_negative(parts, raw->k_Nm_rad[axis], "elements[%u].k_Nm_rad[%u]", i, axis);
-        model_not_negative(parts, raw->c_Ns_m[axis], "elements[%u].c_Ns_m[%u]", i, axis);
-        model_not_negative(parts, raw->c_Nms_rad[axis], "elements[%u].c_Nms_rad[%u]", i, axis);
-        def->k[axis] = raw->k_N_m[axis];
-        def->k[3 + axis] = raw->k_Nm_rad[axis];
-        def->c[axis] = raw->c_Ns_m[axis];
-        def->c[3 + axis] = raw->c_Nms_rad[axis];
-    }
-}
-
-/* The right one is as stated, the left one its mirror image; names get _r and _l. */
-static void mirror(struct model_parts *parts, uint32_t i, struct kl_element_def *right,
-                   struct kl_element_def *left) {
-    size_t length = strlen(right->name);
-    if (!model_check(parts, length + 2 < KL_NAME_SIZE, "too long to be mirrored: 29 at most",
-                     "elements[%u].name", i)) {
-        return;
-    }
-    *left = *right;
-    memcpy(right->name + length, "_r", 3);
-    memcpy(left->name + length, "_l", 3);
-    left->point_a_m[1] = -left->point_a_m[1];
-    left->point_b_m[1] = -left->point_b_m[1];
-}
-
-/* Fills one definition, or two where mirrored; how many. */
-static uint32_t element(struct model_parts *parts, const struct raw_vehicle *vehicle, uint32_t i,
-                        struct kl_element_def *def) {
-    const struct raw_element *raw = &vehicle->elements[i];
-    model_check_name(parts, raw->name, "elements[%u].name", i);
-    memcpy(def->name, raw->name, sizeof def->name);
-    def->end_a = end_index(parts, vehicle, i, 0);
-    def->end_b = end_index(parts, vehicle, i, 1);
-    model_check(parts, def->end_a != def->end_b || def->end_a == NO_END,
-                "must name two different ends", "elements[%u].between", i);
-    element_points(parts, raw, i, def);
-    element_rates(parts, raw, i, def);
-    if (raw->mirror != RAW_MIRROR_LATERAL) {
-        return 1;
-    }
-    mirror(parts, i, def, def + 1);
-    return 2;
-}
-
-static void elements(struct model_parts *parts, const struct raw_vehicle *raw,
-                     struct kl_vehicle_def *def) {
-    struct kl_element_def *list =
-        model_take(parts, 2 * (size_t)raw->n_elements + 1, sizeof(struct kl_element_def));
-    if (list == NULL) {
-        return;
-    }
-    for (uint32_t i = 0; i < raw->n_elements; i++) {
-        def->n_elements += element(parts, raw, i, &list[def->n_elements]);
-    }
-    char what[64];
-    snprintf(what, sizeof what, "with mirrored ones %u; at most %d", def->n_elements,
-             KL_MAX_ELEMENTS);
-    model_check(parts, def->n_elements <= KL_MAX_ELEMENTS, what, "elements");
-    def->elements = list;
 }
 
 /* ---- names: bodies and wheelsets share one space, elements and pairs have their own ---- */
@@ -287,6 +169,10 @@ static void check_names(struct model_parts *parts, const struct raw_vehicle *raw
     list->n = 0;
     for (uint32_t i = 0; i < raw->n_elements; i++) {
         add_name(parts, list, raw->elements[i].name, "elements", i);
+    }
+    list->n = 0;
+    for (uint32_t i = 0; i < raw->n_linkages; i++) {
+        add_name(parts, list, raw->linkages[i].name, "linkages", i);
     }
 }
 
@@ -360,10 +246,14 @@ static void convert(struct model_parts *parts, const struct raw_vehicle *raw,
     def->bodies = bodies;
     def->wheelsets = wheelsets;
     def->pairs = pairs;
-    elements(parts, raw, def);
+    const struct raw_ties ties = {raw->elements, raw->n_elements, raw->linkages, raw->n_linkages};
+    model_ties_convert(parts, &ties, def);
 }
 
 int model_vehicle_convert(struct model_parts *parts, struct kl_vehicle_def *def) {
+    if (outline_find(&parts->outline, "vehicles", NULL) != OUTLINE_NONE) {
+        return model_train_convert(parts, def);
+    }
     struct raw_vehicle *raw = model_source_load(parts, &raw_vehicle_schema);
     if (raw == NULL) {
         return -1;
