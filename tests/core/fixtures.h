@@ -86,7 +86,7 @@ struct built {
 static inline void build(struct vehicle *v, struct built *b) {
     struct kl_diag diag = {.what = ""};
     size_t bytes = 1u << 16;
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < 20; i++) {
         b->memory = take_memory(bytes);
         const enum kl_status status = kl_build(&v->def, &b->memory.arena, &b->model, &diag);
         if (status == KL_OK) {
