@@ -9,7 +9,7 @@ case "${1:-}" in
 esac
 cd "$(dirname "$0")" || exit 2
 failed=0
-for generator in geometry_arcs geometry_s1002_uic60 hertz_kalker wheelset_run two_axle_modes track_path; do
+for generator in geometry_arcs geometry_s1002_uic60 flange_s1002_uic60 hertz_kalker wheelset_run two_axle_modes track_path; do
     "${PYTHON:-/usr/bin/python3}" "$generator.py" --check || failed=1
 done
 exit $failed
