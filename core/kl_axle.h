@@ -82,6 +82,9 @@ struct kl_axle {
     kl_both up;       /* 1 where the tread is off the rail */
     kl_both landing;  /* upward acceleration that stops a wheel which reaches the rail */
     kl_both expected; /* the treads' normal forces, as the last two steps tell */
+    kl_both slope;    /* dH/dw of the treads' tables, and a step before */
+    kl_both slope_before;
+    kl_real inv_step; /* 1/s; 0 where a state is looked at as it stands */
     struct kl_flange flange;
     kl_real z; /* relative to the smooth track, positive down */
     kl_real z_rate;

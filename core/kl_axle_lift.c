@@ -5,11 +5,13 @@
 
 void kl_axle_lift_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) {
     const kl_real inv_h = h > KL_R(0) ? KL_R(1) / h : KL_R(0);
+    axle->inv_step = inv_h;
     KL_EACH_LANE(g) {
         const kl_lane rate = kl_lane_load(lift->rate_m_s, g);
         const kl_lane rise = kl_lane_load(lift->rise_m, g) + h * rate;
         const kl_lane up = kl_lane_positive_or_0(rise, kl_lane_all(KL_R(1)));
         KL_LANE(axle->expected, g) = kl_lane_load(lift->expected_N, g);
+        KL_LANE(axle->slope_before, g) = kl_lane_load(lift->slope, g);
         KL_LANE(axle->rise, g) = kl_lane_positive_or_0(rise, rise);
         KL_LANE(axle->up, g) = up;
         KL_LANE(axle->rise_rate, g) = up * rate;
@@ -157,6 +159,7 @@ void kl_axle_lift_finish(const struct kl_axle *restrict axle,
             kl_lane_load(lift->rate_m_s, g) + h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
         kl_lane_store(lift->rise_m, g, KL_LANE(axle->rise, g));
         const kl_lane normal = KL_LANE(forces->normal, g);
+        kl_lane_store(lift->slope, g, KL_LANE(axle->slope, g));
         kl_lane_store(lift->expected_N, g, KL_R(2) * normal - kl_lane_load(lift->normal_N, g));
         kl_lane_store(lift->normal_N, g, normal);
         kl_lane_store(lift->rate_m_s, g,

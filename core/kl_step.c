@@ -166,6 +166,8 @@ static void evaluate_still(const struct kl_model *model, const struct kl_state *
             lift[w].expected_N[KL_RIGHT] = e->forces[w].normal[KL_RIGHT];
             lift[w].normal_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
             lift[w].expected_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
+            lift[w].slope[KL_RIGHT] = e->axle[w].slope[KL_RIGHT];
+            lift[w].slope[KL_LEFT] = e->axle[w].slope[KL_LEFT];
         }
     }
 }

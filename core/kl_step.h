@@ -44,6 +44,7 @@ struct kl_lift {
     kl_real rate_m_s[KL_SIDES];   /* of the rise */
     kl_real normal_N[KL_SIDES];   /* of the tread in the last step */
     kl_real expected_N[KL_SIDES]; /* in the next one, if it goes on like that */
+    kl_real slope[KL_SIDES];      /* dH/dw of the tread's table where it stood */
 };
 
 /* Plain data without pointers: a copy is a snapshot. */
@@ -195,7 +196,7 @@ uint64_t kl_state_hash(const struct kl_state *state);
 
 /* A snapshot for another process or machine: little-endian bytes with the model's hash and a check
  * sum. */
-#define KL_SNAPSHOT_SIZE (64u + 16u * KL_MAX_STATES + 64u * KL_MAX_WHEELSETS)
+#define KL_SNAPSHOT_SIZE (64u + 16u * KL_MAX_STATES + 80u * KL_MAX_WHEELSETS)
 enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *state,
                            unsigned char *buffer, size_t size_bytes, size_t *used_bytes);
 /* KL_ERR_SNAPSHOT: damaged, or of another model; the state is then untouched. */
