@@ -31,6 +31,7 @@ int cmd_dbc(int argc, char **argv);
 int cmd_geometry(int argc, char **argv);
 int cmd_hil(int argc, char **argv);
 int cmd_modes(int argc, char **argv);
+int cmd_ride(int argc, char **argv);
 int cmd_run(int argc, char **argv);
 int cmd_signals(int argc, char **argv);
 

@@ -117,10 +117,11 @@ void cli_plot_panel(struct cli_plot *plot, const struct cli_plot_panel *panel) {
     end_panel(plot);
     fprintf(plot->json,
             "%s\n {\"row\": %d, \"column\": %d, \"rows\": %d, \"columns\": %d, \"equal\": %s, "
-            "\"y_down\": %s",
+            "\"y_down\": %s, \"x_log\": %s, \"y_log\": %s",
             plot->panel ? "," : "", panel->row, panel->column, panel->rows > 0 ? panel->rows : 1,
             panel->columns > 0 ? panel->columns : 1, panel->equal ? "true" : "false",
-            panel->y_down ? "true" : "false");
+            panel->y_down ? "true" : "false", panel->x_log ? "true" : "false",
+            panel->y_log ? "true" : "false");
     put_key(plot->json, "title", panel->title);
     put_key(plot->json, "x_label", panel->x_label);
     put_key(plot->json, "y_label", panel->y_label);

@@ -50,8 +50,10 @@ struct cli_plot_panel {
     int column;
     int rows;
     int columns;
-    bool equal;   /* the same scale on both axes */
-    bool y_down;  /* grows downwards, as z does */
+    bool equal;  /* the same scale on both axes */
+    bool y_down; /* grows downwards, as z does */
+    bool x_log;  /* logarithmic; what is not positive is not shown */
+    bool y_log;
     double x_low; /* range of x; both 0: as the data */
     double x_high;
     double y_low; /* range of y, likewise */

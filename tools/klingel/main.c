@@ -15,6 +15,7 @@ static const struct sub_command {
     {"modes", cmd_modes, "eigenvalues and damping about an equilibrium; critical speeds"},
     {"critical", cmd_critical, "linear and nonlinear critical speed, hunting over the speed"},
     {"curve", cmd_curve, "steady running in curves: offsets, angles of attack, Y, Q, Y/Q"},
+    {"ride", cmd_ride, "response to irregularities: EN 14363, Sperling, EN 12299, spectra"},
     {"bench", cmd_bench, "measure the time and the instructions of a step"},
     {"hil", cmd_hil, "run in real time on a CAN bus, or in lockstep with it"},
     {"dbc", cmd_dbc, "the bus as a DBC file"},

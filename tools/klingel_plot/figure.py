@@ -6,8 +6,9 @@ The description is one JSON object, `?` marks what may be null:
 
 PANEL is a rectangle of cells in a grid whose columns are equally wide:
   {"row": 0, "column": 0, "rows": 1, "columns": 1, "title": TEXT?, "x_label": TEXT?, "y_label": TEXT?,
-   "x_range": [low, high]?, "y_range": [low, high]?, "equal": false, "y_down": false, "items": [ITEM, ...]}
-`equal`: the same scale on both axes. Labels carry the unit in brackets; numbers are in that unit.
+   "x_range": [low, high]?, "y_range": [low, high]?, "equal": false, "y_down": false, "x_log": false, "y_log": false,
+   "items": [ITEM, ...]}
+`equal`: the same scale on both axes. `x_log`, `y_log`: logarithmic; may be left out. Labels carry the unit in brackets; numbers are in that unit.
 
 ITEM is drawn in the order given; colours and pens are the names in style.py:
   {"kind": "line", STYLE, "x": [...], "y": [...]}                     null in x or y: a gap
@@ -85,6 +86,8 @@ _DRAW = {"line": _draw_line, "rays": _draw_rays, "mark": _draw_mark, "text": _dr
 def _draw_panel(axes, panel: dict[str, Any]) -> None:
     for item in panel["items"]:
         _DRAW[item["kind"]](axes, item)
+    axes.set_xscale("log" if panel.get("x_log") else "linear")
+    axes.set_yscale("log" if panel.get("y_log") else "linear")
     axes.set_title(panel["title"] or "")
     axes.set_xlabel(panel["x_label"] or "")
     axes.set_ylabel(panel["y_label"] or "")
