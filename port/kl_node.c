@@ -15,6 +15,13 @@ static void set_run_state(struct kl_node *node, enum kl_run_state run_state) {
     node->run_state = run_state;
 }
 
+static void tell(const struct kl_node *node, enum kl_node_event event) {
+    const struct kl_node_observer *observer = &node->config.observer;
+    if (observer->told != NULL) {
+        observer->told(observer->context, event, node);
+    }
+}
+
 static enum kl_status load_initial(struct kl_node *node) {
     const struct kl_node_config *config = &node->config;
     enum kl_status loaded =
@@ -46,6 +53,7 @@ static void step_model(struct kl_node *node) {
         refresh_output(node);
         return;
     }
+    tell(node, KL_NODE_STEP);
     uint32_t faults = kl_step(config->model, config->state, config->input, config->output);
     node->output_stale = false;
     node->counts.steps++;
@@ -63,8 +71,11 @@ static enum kl_ack_result start(struct kl_node *node) {
     if (node->run_state == KL_RUN_FAULT) {
         return KL_ACK_WRONG_STATE;
     }
-    if (node->run_state == KL_RUN_STOPPED && load_initial(node) != KL_OK) {
-        return KL_ACK_NO_MODEL_STATE;
+    if (node->run_state == KL_RUN_STOPPED) {
+        if (load_initial(node) != KL_OK) {
+            return KL_ACK_NO_MODEL_STATE;
+        }
+        tell(node, KL_NODE_REPLACED);
     }
     set_run_state(node, KL_RUN_RUNNING);
     return KL_ACK_DONE;
@@ -101,6 +112,7 @@ static enum kl_ack_result reset(struct kl_node *node) {
     if (load_initial(node) != KL_OK) {
         return KL_ACK_NO_MODEL_STATE;
     }
+    tell(node, KL_NODE_REPLACED);
     set_run_state(node, KL_RUN_INIT);
     return KL_ACK_DONE;
 }
@@ -123,6 +135,7 @@ static enum kl_ack_result restore(struct kl_node *node) {
     }
     *node->config.state = *node->config.snapshot;
     node->output_stale = true;
+    tell(node, KL_NODE_REPLACED);
     if ((node->config.state->faults & KL_FAULTS_HOLD) != 0) {
         set_run_state(node, KL_RUN_FAULT);
     } else if (node->run_state != KL_RUN_RUNNING) {

@@ -70,6 +70,22 @@ extern "C" {
 /* Most instances of cyclic messages of the largest vehicle. */
 #define KL_NODE_SLOTS (10u + 3u * KL_MAX_BODIES + 3u * KL_MAX_WHEELSETS + 6u * KL_MAX_WHEELSETS)
 
+struct kl_node;
+
+/* What happens to the state, told in this order as it happens: all that a recorder needs in order to
+ * have the same steps done again. */
+enum kl_node_event {
+    KL_NODE_REPLACED = 0, /* the state is another: loaded or restored */
+    KL_NODE_STEP = 1      /* the state is about to be stepped with node->config.input */
+};
+
+/* Called inside kl_node_cycle and kl_node_command: it must not block, and its time is the cycle's. It
+ * changes nothing of what the node points to. */
+struct kl_node_observer {
+    void (*told)(void *context, enum kl_node_event event, const struct kl_node *node);
+    void *context;
+};
+
 /* All pointers stay the caller's and must outlive the node. */
 struct kl_node_config {
     const struct kl_model *model;
@@ -79,11 +95,12 @@ struct kl_node_config {
     struct kl_state *snapshot; /* NULL: snapshot and restore are refused */
     struct kl_can can;
     kl_real start_s_m;
-    kl_real start_speed_m_s; /* initial speed and set-point, 0..KL_MAX_SPEED_M_S */
-    uint32_t state_divider;  /* see struct kl_layout; 0 counts as 1 */
-    uint32_t bit_rate;       /* for the load check; 0: unlimited */
-    bool lockstep;           /* one step per SYNC */
-    bool start_running;      /* begin in RUNNING instead of INIT */
+    kl_real start_speed_m_s;          /* initial speed and set-point, 0..KL_MAX_SPEED_M_S */
+    uint32_t state_divider;           /* see struct kl_layout; 0 counts as 1 */
+    uint32_t bit_rate;                /* for the load check; 0: unlimited */
+    bool lockstep;                    /* one step per SYNC */
+    bool start_running;               /* begin in RUNNING instead of INIT */
+    struct kl_node_observer observer; /* told NULL: none. The load of kl_node_init is not told */
 };
 
 /* From the real-time layer, about the cycles before this one. */

@@ -5,7 +5,7 @@ set -eu
 packages="gcc libc6-dev make pkg-config libcyaml-dev libyaml-dev liblapacke-dev libcmocka-dev clang clang-format valgrind
 python3 python3-numpy python3-scipy python3-matplotlib python3-can python3-canmatrix can-utils
 qemu-system-x86 qemu-system-arm gcc-arm-none-eabi libnewlib-arm-none-eabi python3-serial qemu-user
-gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross busybox-static cpio kmod iproute2"
+gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross busybox-static cpio kmod iproute2 rt-tests"
 
 case "${1:-}" in
 --help) sed -n '2,3p' "$0" | sed 's/^# //'; exit 0 ;;

@@ -42,6 +42,7 @@ POINTERS = {
     "is_up": ["link_is_up", "vbus_is_up"], "counts": ["link_counts", "vbus_counts"],
     "recover": ["link_recover", "vbus_recover"], "service": ["link_service", "vbus_service"],
     "close": ["link_close", "vbus_close"], "kick": ["board_kick"], "write": ["hash_write"],
+    "told": [],  # a recorder of the host; firmware has none
 }
 # Frames of functions without source here, in bytes. The four of libc save at most eight registers; those of libgcc
 # (software arithmetic, 64-bit division) at most nine and call one more.

@@ -28,9 +28,11 @@ int cmd_creep(int argc, char **argv);
 int cmd_critical(int argc, char **argv);
 int cmd_curve(int argc, char **argv);
 int cmd_dbc(int argc, char **argv);
+int cmd_diff(int argc, char **argv);
 int cmd_geometry(int argc, char **argv);
 int cmd_hil(int argc, char **argv);
 int cmd_modes(int argc, char **argv);
+int cmd_replay(int argc, char **argv);
 int cmd_ride(int argc, char **argv);
 int cmd_run(int argc, char **argv);
 int cmd_signals(int argc, char **argv);
@@ -111,12 +113,14 @@ struct cli_option cli_output_option(const char **value, const char *help);
 struct cli_target {
     const char *vehicle;
     const char *track; /* NULL: none was given */
+    const char *file;  /* of a command that takes one before MODEL */
     struct cli_list set;
 };
 
 #define CLI_MAX_OPTIONS 31 /* of a sub-command, besides --set */
 struct cli_command {
     bool takes_track; /* MODEL [TRACK], else MODEL */
+    bool takes_file;  /* a FILE before these, always to be given; MODEL may be left out */
     const char
         *operands; /* what stands for them in help where MODEL may be left out, which the command
                              then checks; NULL: MODEL must be given */

@@ -165,8 +165,9 @@ static bool wants_help(int argc, char **argv) {
 
 static int parse(const struct cli_command *command, int argc, char **argv,
                  struct cli_target *target) {
-    const char **const operand[] = {&target->vehicle, &target->track};
-    const size_t most = command->takes_track ? 2 : 1;
+    const char **const all[] = {&target->file, &target->vehicle, &target->track};
+    const char **const *operand = command->takes_file ? all : all + 1;
+    const size_t most = 1u + (command->takes_file ? 1u : 0u) + (command->takes_track ? 1u : 0u);
     size_t n = 0;
     bool options = true;
     int status = CLI_OK;
@@ -182,7 +183,9 @@ static int parse(const struct cli_command *command, int argc, char **argv,
             *operand[n++] = argv[i];
         }
     }
-    if (status == CLI_OK && target->vehicle == NULL && command->operands == NULL) {
+    const bool missing = command->takes_file ? target->file == NULL
+                                             : target->vehicle == NULL && command->operands == NULL;
+    if (status == CLI_OK && missing) {
         status = cli_misuse("an argument is missing: expected %s", cli_operands(command));
     }
     return status;

@@ -18,6 +18,8 @@ struct arguments {
     uint64_t cpu;
     const char *report;
     const char *dbc;
+    const char *record;
+    uint64_t record_every;
     bool start;
     struct cli_bus layout;
     struct cli_target target;
@@ -44,6 +46,10 @@ static void catch_signals(void) {
 }
 
 static int prepare_node(const struct kl_model *model, const struct arguments *a) {
+    struct kl_node_observer observer = {0};
+    if (a->record != NULL) {
+        observer = (struct kl_node_observer){.told = hil_record_told, .context = &session.record};
+    }
     kl_input_init(&session.input);
     const struct kl_node_config config = {.model = model,
                                           .state = &session.state,
@@ -56,7 +62,8 @@ static int prepare_node(const struct kl_model *model, const struct arguments *a)
                                           .state_divider = (uint32_t)a->layout.divider,
                                           .bit_rate = (uint32_t)a->layout.bit_rate,
                                           .lockstep = a->clock == HIL_LOCKSTEP,
-                                          .start_running = a->start};
+                                          .start_running = a->start,
+                                          .observer = observer};
     char load[160];
     enum kl_status status = kl_node_init(&session.node, &config);
     if (status == KL_ERR_VALUE && session.node.load.verdict == KL_LOAD_EXCEEDED) {
@@ -111,19 +118,29 @@ static int run(const struct kl_model *model, const struct arguments *a) {
     if (status == CLI_OK && a->report != NULL) {
         status = cli_output_open(&report, a->report); /* now: not after an hour of running */
     }
+    if (status == CLI_OK && a->record != NULL) {
+        status = hil_record_open(&session.record, a->record, model, &a->target, &session.state,
+                                 a->record_every, HIL_RECORD_WORDS, true);
+        session.recorded = status == CLI_OK;
+        if (status != CLI_OK && a->report != NULL) {
+            (void)cli_output_close(&report, status);
+        }
+    }
     if (status == CLI_OK) {
         print_start(a);
         hil_status_begin(&session);
         hil_session_run(&session);
         hil_status_end();
+        int written = session.recorded ? hil_record_close(&session.record, &session.state) : CLI_OK;
         hil_report_text(&session, stdout);
+        status = written;
         if (session.loop.end == KL_REALTIME_HALTED || session.loop.end == KL_REALTIME_FAILED) {
             status = cli_fail("%s", kl_realtime_end_text(session.loop.end));
         }
         status = cli_flush(status);
         if (a->report != NULL) {
             hil_report_json(&session, report.file);
-            int written = cli_output_close(&report, CLI_OK);
+            written = cli_output_close(&report, CLI_OK);
             status = status == CLI_OK ? written : status;
         }
     }
@@ -150,8 +167,11 @@ static int perform(struct cli_model *m, const struct arguments *a) {
 }
 
 int cmd_hil(int argc, char **argv) {
-    struct arguments a = {
-        .bus = "auto", .priority = KL_REALTIME_PRIORITY, .cpu = ANY_CPU, .layout = {.divider = 1}};
+    struct arguments a = {.bus = "auto",
+                          .priority = KL_REALTIME_PRIORITY,
+                          .cpu = ANY_CPU,
+                          .record_every = RECORD_EVERY,
+                          .layout = {.divider = 1}};
     int status = CLI_OK;
     const struct cli_option options[] = {
         {.name = "--bus",
@@ -202,6 +222,10 @@ int cmd_hil(int argc, char **argv) {
         cli_bit_rate_option(&a.layout),
         cli_file_option("--report", &a.report,
                         "the timing report with histograms and all counts as JSON"),
+        cli_file_option("--record", &a.record,
+                        "record all inputs with their steps, for klingel replay and diff;\n"
+                        "written beside the loop, which never waits for it"),
+        record_every_option(&a.record_every),
         cli_file_option("--dbc", &a.dbc, "write the DBC of this bus first, as klingel dbc does"),
     };
     const struct cli_command command = {

@@ -18,6 +18,11 @@ static void lockstep_text(const struct hil_session *s, FILE *file) {
             1e-3 * (double)h->max_ns);
 }
 
+/* Of the recorder's memory at the worst, per cent. */
+static double fullness(const struct hil_record *r) {
+    return 100.0 * (double)r->fullest / (double)r->size;
+}
+
 void hil_report_text(const struct hil_session *s, FILE *file) {
     const struct kl_node_counts *n = &s->node.counts;
     if (s->clock == HIL_LOCKSTEP) {
@@ -38,6 +43,13 @@ void hil_report_text(const struct hil_session *s, FILE *file) {
             n->run_commands, n->run_refused, n->setpoints, n->late);
     fprintf(file, "bus              down in %" PRIu64 " cycles, recovered %" PRIu64 " times\n",
             n->down_cycles, n->recoveries);
+    if (s->recorded) {
+        const struct record_writer *w = &s->record.writer;
+        fprintf(file,
+                "recording        %s: %" PRIu64 " steps, lost %" PRIu64
+                " (no room); memory full to %.0f %%\n",
+                w->path, w->steps, w->lost, fullness(&s->record));
+    }
 }
 
 static void lockstep_json(const struct hil_session *s, FILE *file) {
@@ -98,6 +110,13 @@ void hil_report_json(const struct hil_session *s, FILE *file) {
     node_json(s, file);
     fprintf(file, ",\n\"bus\": ");
     hil_bus_json(&s->bus, file);
+    if (s->recorded) {
+        const struct record_writer *w = &s->record.writer;
+        fprintf(file,
+                ",\n\"recording\": {\"steps\": %" PRIu64 ", \"lost\": %" PRIu64
+                ", \"bytes\": %" PRIu64 ", \"memory_full_percent\": %.1f}",
+                w->steps, w->lost, w->bytes, fullness(&s->record));
+    }
     fprintf(file, ",\n\"loop\": ");
     if (s->clock == HIL_LOCKSTEP) {
         lockstep_json(s, file);

@@ -5,6 +5,7 @@
 #include <stdatomic.h>
 
 #include "hil_bus.h"
+#include "hil_record.h"
 #include "kl_node.h"
 #include "kl_realtime.h"
 
@@ -34,6 +35,8 @@ struct hil_session {
     uint64_t cycles_wanted; /* lockstep; 0: no end */
     int64_t execution_sum_ns;
     struct hil_shown shown;
+    struct hil_record record;
+    bool recorded;
 };
 
 /* The callback of session->loop; `context` is the session. */

@@ -12,6 +12,8 @@ static const struct sub_command {
     {"conicity", cmd_conicity, "equivalent conicity after EN 15302 against amplitude and gauge"},
     {"creep", cmd_creep, "creep forces of one contact, by law; the laws against CONTACT"},
     {"run", cmd_run, "simulate as fast as possible: states and forces as CSV, summary, hash"},
+    {"replay", cmd_replay, "do a recording's steps again and compare the bits"},
+    {"diff", cmd_diff, "the first difference of two recordings or CSV files, in units"},
     {"modes", cmd_modes, "eigenvalues and damping about an equilibrium; critical speeds"},
     {"critical", cmd_critical, "linear and nonlinear critical speed, hunting over the speed"},
     {"curve", cmd_curve, "steady running in curves: offsets, angles of attack, Y, Q, Y/Q"},

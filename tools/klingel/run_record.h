@@ -1,4 +1,5 @@
-/* run_record.h - what a run leaves behind: CSV rows, extremes, faults. Private to cmd_run.c. */
+/* run_record.h - what a run leaves behind: CSV rows, extremes, faults, snapshots. Private to
+ * cmd_run.c and cmd_replay.c. */
 #ifndef RUN_RECORD_H
 #define RUN_RECORD_H
 
@@ -45,6 +46,11 @@ void run_record_hold_text(const struct run_record *record, char *text, size_t si
 /* Header and rows of the CSV. */
 void run_csv_header(FILE *file, const struct kl_model *model);
 void run_csv_row(FILE *file, const struct kl_model *model, const struct kl_output *output);
+
+/* A state to a file and back, as kl_snapshot has it. CLI_OK, or CLI_FAILED (printed). */
+int run_snapshot_write(const char *path, const struct kl_model *model,
+                       const struct kl_state *state);
+int run_snapshot_read(const char *path, const struct kl_model *model, struct kl_state *state);
 
 /* Applies "wheelset.y=3mm" to a state. CLI_OK or CLI_USAGE (printed). */
 int run_set_initial(const struct kl_model *model, struct kl_state *state, const char *assignment);
