@@ -46,7 +46,8 @@ static uint32_t check_input(const struct kl_model *model, const struct kl_state 
         kept->side_force_N[b] = kl_lane_first(
             limited(kl_lane_all(input->side_force_N[b]), KL_R(-1e7), KL_R(1e7), KL_R(0), &wrong));
     }
-    return kl_lane_is_0(wrong) ? 0u : (uint32_t)KL_FAULT_INPUT;
+    const int cut = kl_struts_limit(&model->struts, input, kept);
+    return kl_lane_is_0(wrong) && !cut ? 0u : (uint32_t)KL_FAULT_INPUT;
 }
 
 void kl_input_init(struct kl_input *input) {
@@ -146,6 +147,7 @@ static void write_rates(const struct kl_model *model, const struct kl_evaluation
             *rates++ = e->axle[w].rate[i];
         }
     }
+    kl_slips_rates(&model->struts, &e->slipped, rates);
 }
 
 /*
@@ -280,6 +282,7 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
         x += KL_WHEELSET_STATES;
         rate += KL_WHEELSET_STATES;
     }
+    kl_slips_finish(&model->struts, &e->slipped, x, rate);
 }
 
 /* 1 where all accelerations are finite, and so far below the largest real that the new state will
