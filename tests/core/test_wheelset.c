@@ -122,7 +122,7 @@ static void motion_agrees_at_50_us(void **state) {
 
 static void motion_agrees_at_1_ms(void **state) {
     (void)state;
-    const struct tolerances t = {.motion = 4e-3, .spin = 4e-2, .creep = 1.5e-2, .normal = 5e-3};
+    const struct tolerances t = {.motion = 4e-3, .spin = 4e-2, .creep = 1.5e-2, .normal = 6e-3};
     motion_at(1000000, &t);
 }
 

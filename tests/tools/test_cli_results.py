@@ -77,7 +77,7 @@ class Geometry(unittest.TestCase):
 
     def test_table_is_complete_and_mirrored(self) -> None:
         table = rows(output("geometry", WAGON, "--csv"))
-        self.assertEqual(len(table), 161)
+        self.assertEqual(len(table), 301)
         for up, down in zip(table, reversed(table)):
             self.assertEqual(float(up["u_y_m"]), -float(down["u_y_m"]))
             self.assertEqual(up["radius_right_m"], down["radius_left_m"])

@@ -176,8 +176,8 @@ class Refusals(Conicity):
         self.refuses("--table", self.folder, says="cannot read", status=1)
 
     def test_amplitudes(self) -> None:
-        self.refuses(WAGON, "--to", "9", says="--to 9 mm: delta_r carries amplitudes up to 8 mm only")
-        self.refuses(WAGON, "--from", "9", says="--from 9 mm: delta_r carries amplitudes up to 8 mm only")
+        self.refuses(WAGON, "--to", "16", says="--to 16 mm: delta_r carries amplitudes up to 15 mm only")
+        self.refuses(WAGON, "--from", "16", says="--from 16 mm: delta_r carries amplitudes up to 15 mm only")
         self.refuses(WAGON, "--from", "3", "--to", "2", says="--to: must not be below --from")
         self.refuses(WAGON, "--step", "0.001", "--to", "90", says="more than 10000 amplitudes")
         self.assertIn("tan gamma_e at 20 mm: none, delta_r does not reach so far", output("conicity", WAGON, "--at", "20"))

@@ -312,21 +312,12 @@ static int show_csv(const struct work *w, const struct arguments *a, FILE *csv) 
     return CLI_OK;
 }
 
-/* The picture is of whole wheels, also where the model's tables hold treads and flanges apart. */
 static int show_picture(const struct work *w, const struct arguments *a) {
     char title[400];
-    struct kl_pair_def def = *w->def;
-    struct work whole = *w;
-    def.contacts = KL_CONTACTS_RIGID;
-    whole.def = &def;
-    whole.memory = NULL;
-    int status = build(&whole);
     snprintf(title, sizeof title, "Contact geometry of %s, %s", w->name, a->target.vehicle);
     const struct geometry_picture picture = {
-        .title = title, .def = &def, .pair = &whole.pair, .every_m = a->every_m};
-    status = status == CLI_OK ? geometry_plot(&picture, a->plot) : status;
-    free(whole.memory);
-    return status;
+        .title = title, .def = w->def, .pair = &w->pair, .every_m = a->every_m};
+    return geometry_plot(&picture, a->plot);
 }
 
 static int show(struct cli_model *m, const struct arguments *a) {
@@ -345,8 +336,11 @@ static int show(struct cli_model *m, const struct arguments *a) {
         status = cli_output_open(&csv, a->csv);
     }
     for (uint32_t i = first; i <= last && status == CLI_OK; i++) {
+        /* of whole wheels, also where the model's tables hold treads and flanges apart */
+        struct kl_pair_def def = m->file.vehicle.pairs[i];
+        def.contacts = KL_CONTACTS_RIGID;
         struct work w = {.file = &m->file,
-                         .def = &m->file.vehicle.pairs[i],
+                         .def = &def,
                          .name = model_file_pair_name(&m->file, i)};
         status = build(&w);
         status = status == CLI_OK ? check_solve(&w, a) : status;
