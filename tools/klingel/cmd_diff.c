@@ -201,7 +201,7 @@ int cmd_diff(int argc, char **argv) {
          .value = &a.absolute,
          .unit = "",
          .low = 0,
-         .high = 1e12,
+         .high = 1e6,
          .help = "what counts as no difference, in SI units (m, rad, m/s, N; of a CSV:\n"
                  "in the unit of its column); default 0: every bit"},
         {.name = "--relative",
