@@ -568,7 +568,7 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
     if (def->contacts != KL_CONTACTS_TWO && def->contacts != KL_CONTACTS_RIGID) {
         return kl_report(diag, KL_ERR_VALUE, "pair: unknown contacts", -1, (double)def->contacts);
     }
-    if ((int)def->law < 0 || (int)def->law >= KL_CREEP_LAWS ||
+    if ((uint32_t)def->law >= (uint32_t)KL_CREEP_LAWS ||
         (def->law == KL_CREEP_TABLE && def->creep_table == NULL)) {
         return kl_report(diag, KL_ERR_VALUE, "pair: unknown creep law, or no table for it", -1,
                          (double)def->law);

@@ -9,7 +9,7 @@
 
 #define MOST_ACTUATOR_N 1e7
 
-static void deflection(const struct kl_struts *s, uint32_t strut, const kl_both *q, kl_both *d) {
+static void deflection(const struct kl_struts *s, uint32_t strut, kl_both *q, kl_both *d) {
     kl_both sum = {KL_R(0), KL_R(0)};
     for (uint32_t t = s->term_start[strut]; t < s->term_start[strut + 1u]; t++) {
         KL_EACH_LANE(g) {
@@ -69,7 +69,7 @@ static kl_real bent(const struct kl_struts *s, uint32_t table, kl_real x, kl_rea
 }
 
 void kl_struts_act(const struct kl_struts *restrict struts,
-                   const struct kl_slip_origin *restrict from, const kl_both *restrict q,
+                   const struct kl_slip_origin *restrict from, kl_both *restrict q,
                    const struct kl_input *restrict input, kl_real *restrict force,
                    struct kl_slipped *restrict slipped) {
     uint32_t strut = 0;
@@ -93,7 +93,7 @@ void kl_struts_act(const struct kl_struts *restrict struts,
     }
 }
 
-kl_real kl_struts_energy(const struct kl_struts *struts, const kl_real *u, const kl_both *q) {
+kl_real kl_struts_energy(const struct kl_struts *struts, const kl_real *u, kl_both *q) {
     kl_real sum = KL_R(0);
     kl_both d;
     for (uint32_t i = 0; i < struts->n_slips; i++) {

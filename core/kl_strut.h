@@ -23,12 +23,12 @@ struct kl_slip_origin {
 
 /* Adds the forces of all struts on the coordinates. q: coordinate and rate, two and two. */
 void kl_struts_act(const struct kl_struts *restrict struts,
-                   const struct kl_slip_origin *restrict from, const kl_both *restrict q,
+                   const struct kl_slip_origin *restrict from, kl_both *restrict q,
                    const struct kl_input *restrict input, kl_real *restrict force,
                    struct kl_slipped *restrict slipped);
 
 /* Twice the energy in springs of slips and in stops. */
-kl_real kl_struts_energy(const struct kl_struts *struts, const kl_real *u, const kl_both *q);
+kl_real kl_struts_energy(const struct kl_struts *struts, const kl_real *u, kl_both *q);
 
 /* Cuts the actuators' inputs to +-1e7 N and writes what is kept; what is not a number counts as 0.
  * 1 where something was changed. */

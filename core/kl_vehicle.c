@@ -36,7 +36,7 @@ static kl_real or_one(kl_real k) {
 }
 
 static enum kl_status check_creep(const struct kl_creep_def *c, int32_t i, struct kl_diag *diag) {
-    if ((int)c->law < 0 || (int)c->law >= KL_CREEP_LAWS) {
+    if ((uint32_t)c->law >= (uint32_t)KL_CREEP_LAWS) {
         return kl_report(diag, KL_ERR_VALUE, "creep: unknown law", i, (double)c->law);
     }
     const struct kl_friction friction = {c->friction, c->falling_ratio, c->falling_decay_s_m,
