@@ -7,24 +7,30 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define FEW "1000"
-#define MANY "3000"
 #define MAX_ARGUMENTS 160
 
 static void exec_valgrind(const char *command, char *const *arguments, const char *which,
-                          const char *steps, const char *log) {
+                          const char *steps, const char *out, const char *log) {
     char program[4096];
     char count[64];
     char log_option[64];
-    const char *argv[MAX_ARGUMENTS] = {
-        "valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", log_option, program,
-        command};
-    size_t n = 6;
+    char out_option[128];
+    const char *argv[MAX_ARGUMENTS] = {"valgrind", "--tool=callgrind", out_option, log_option};
+    size_t n = 4;
+    if (out != NULL) {
+        argv[n++] = "--dump-instr=yes";
+        argv[n++] = "--compress-pos=no";
+        argv[n++] = "--compress-strings=no";
+    }
+    argv[n++] = program;
+    argv[n++] = command;
     ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
     if (length < 0) {
         _exit(126);
     }
     program[length] = '\0';
+    snprintf(out_option, sizeof out_option, "--callgrind-out-file=%s",
+             out != NULL ? out : "/dev/null");
     snprintf(log_option, sizeof log_option, "--log-file=%s", log);
     snprintf(count, sizeof count, "--count-only=%s:%s", which, steps);
     for (size_t i = 0; arguments[i] != NULL && n < MAX_ARGUMENTS - 2; i++) {
@@ -57,8 +63,8 @@ static int read_log(const char *log, double *instructions) {
     return status;
 }
 
-static int count(const char *command, char *const *arguments, const char *which, const char *steps,
-                 double *instructions) {
+int bench_callgrind(const char *command, char *const *arguments, const char *which,
+                    const char *steps, const char *out, double *instructions) {
     char log[] = "/tmp/klingel_bench_XXXXXX";
     int status = 0;
     int fd = mkstemp(log);
@@ -68,7 +74,7 @@ static int count(const char *command, char *const *arguments, const char *which,
     close(fd);
     pid_t child = fork();
     if (child == 0) {
-        exec_valgrind(command, arguments, which, steps, log);
+        exec_valgrind(command, arguments, which, steps, out, log);
     }
     pid_t ended = -1;
     do {
@@ -88,8 +94,9 @@ static int count(const char *command, char *const *arguments, const char *which,
 int bench_count(const char *command, char *const *arguments, const char *which, double *per_step) {
     double few = 0.0;
     double many = 0.0;
-    int status = count(command, arguments, which, FEW, &few);
-    status = status == CLI_OK ? count(command, arguments, which, MANY, &many) : status;
-    *per_step = (many - few) / (strtod(MANY, NULL) - strtod(FEW, NULL));
+    int status = bench_callgrind(command, arguments, which, BENCH_FEW, NULL, &few);
+    status = status == CLI_OK ? bench_callgrind(command, arguments, which, BENCH_MANY, NULL, &many)
+                              : status;
+    *per_step = (many - few) / (strtod(BENCH_MANY, NULL) - strtod(BENCH_FEW, NULL));
     return status;
 }

@@ -4,6 +4,15 @@
 
 #include "cli.h"
 
+/* Numbers of steps of the two runs. */
+#define BENCH_FEW "1000"
+#define BENCH_MANY "3000"
+
+/* One run under callgrind: all instructions of the program; `out`, if not NULL, is the file of
+ * callgrind's own that tells of each. CLI_OK, or CLI_FAILED (printed). */
+int bench_callgrind(const char *command, char *const *arguments, const char *which,
+                    const char *steps, const char *out, double *instructions);
+
 /*
  * Instructions per step of the case `which`: this program is run by callgrind as `command` (bench:
  * "straight", "track"; creep: a law, per contact) with --count-only=which:steps for two numbers of steps,

@@ -1,214 +1,211 @@
 /* cmd_bench.c - klingel bench: time and instructions of a step. */
+#include <dirent.h>
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "bench_case.h"
 #include "bench_count.h"
-#include "bench_time.h"
 
 #define MIN_STEPS 1000
 #define MAX_STEPS 1e8
-
-/* Irregularities where no track is named: ERRI B176 low, as models/demo_track.yaml has them. */
-#define IRREGULAR_SAMPLES 4000u
-#define IRREGULAR_STEP_M 0.25
-
-enum { STRAIGHT = 0, TRACK = 1, CASES = 2 };
-static const char *const case_name[CASES] = {"straight", "track"};
+#define MAX_MODELS 256
 
 struct arguments {
     uint64_t steps;
     double speed_m_s;
     const char *json;
+    const char *all;
     const char *count_only;
     bool instructions;
+    bool stages;
     struct cli_target target;
 };
-
-struct bench_case {
-    struct cli_model m;
-    struct bench_vehicle vehicle;
-    struct bench_times times;
-    double instructions; /* 0: not counted */
-    double *series[3];
-};
-
-/* ---- the two cases ---- */
-
-static int synthesise(struct bench_case *c) {
-    const struct kl_spectrum_def spectrum = {.lateral_A = 2.119e-7,
-                                             .vertical_A = 4.032e-7,
-                                             .cross_A = 4.032e-7,
-                                             .shortest_m = 3.0,
-                                             .longest_m = 100.0,
-                                             .taper_m = 20.0,
-                                             .n_waves = 300,
-                                             .seed = 1};
-    for (int i = 0; i < 3; i++) {
-        c->series[i] = calloc(IRREGULAR_SAMPLES, sizeof *c->series[i]);
-        if (c->series[i] == NULL) {
-            return cli_fail("out of memory");
-        }
-    }
-    enum kl_status status = kl_spectrum_synthesise(&spectrum, IRREGULAR_STEP_M, IRREGULAR_SAMPLES,
-                                                   c->series[0], c->series[1], c->series[2]);
-    c->m.file.track.irregularity = (struct kl_irregularity_def){.n_samples = IRREGULAR_SAMPLES,
-                                                                .step_m = IRREGULAR_STEP_M,
-                                                                .lateral_m = c->series[0],
-                                                                .vertical_m = c->series[1],
-                                                                .cross_rad = c->series[2]};
-    c->vehicle.end_m = IRREGULAR_SAMPLES * IRREGULAR_STEP_M;
-    return status == KL_OK ? CLI_OK : cli_fail("irregularities: %s", kl_status_text(status));
-}
-
-static int open_case(struct bench_case *c, int which, const struct arguments *a) {
-    const struct cli_target *given = &a->target;
-    struct cli_target target = {.vehicle = given->vehicle,
-                                .track = which == TRACK ? given->track : NULL};
-    /* the straight case has no track file whose values could be set */
-    for (size_t i = 0; i < given->set.n; i++) {
-        if (target.track != NULL || given->track == NULL ||
-            strncmp(given->set.item[i], "track.", 6) != 0) {
-            target.set.item[target.set.n++] = given->set.item[i];
-        }
-    }
-    int status = cli_model_load(&c->m, &target);
-    if (status != CLI_OK) {
-        return status;
-    }
-    c->vehicle.end_m =
-        target.track != NULL && c->m.file.track_length_m > 0.0 ? c->m.file.track_length_m : 1e6;
-    if (which == TRACK && target.track == NULL) {
-        status = synthesise(c);
-    }
-    if (status != CLI_OK) {
-        cli_model_close(&c->m);
-        return status;
-    }
-    c->vehicle.model = &c->m.model;
-    c->vehicle.speed_m_s = a->speed_m_s;
-    c->vehicle.displaced = which == TRACK;
-    return cli_model_build(&c->m);
-}
-
-static void close_case(struct bench_case *c) {
-    cli_model_close(&c->m);
-    for (int i = 0; i < 3; i++) {
-        free(c->series[i]);
-    }
-}
-
-/* ---- results ---- */
-
-static void print_case(const struct bench_case *c, int which, double calibration_ns) {
-    const struct bench_times *t = &c->times;
-    double real_time = 1e9 * (double)c->m.model.step_s / t->median;
-    printf("%s\n", which == STRAIGHT ? "straight, smooth track" : "track with irregularities");
-    printf("  ns per step, batches of %u:   min %.0f   median %.0f   p90 %.0f\n", BENCH_BATCH,
-           t->min, t->median, t->p90);
-    printf("  ns per step, singly:           median %.0f   p99 %.0f   p99.9 %.0f   max %.0f\n",
-           t->single_median, t->p99, t->p999, t->max);
-    printf("  %.0f x real time; %.3f of the calibration kernel\n", real_time,
-           t->median / calibration_ns);
-    if (c->instructions > 0.0) {
-        printf("  %.0f instructions per step\n", c->instructions);
-    }
-}
-
-static void json_case(FILE *file, const struct bench_case *c, int which) {
-    const struct bench_times *t = &c->times;
-    fprintf(file,
-            ",\n  \"%s\": {\"min_ns\": %.1f, \"median_ns\": %.1f, \"p90_ns\": %.1f, "
-            "\"single_median_ns\": %.1f, \"p99_ns\": %.1f, \"p99_9_ns\": %.1f, \"max_ns\": %.1f",
-            case_name[which], t->min, t->median, t->p90, t->single_median, t->p99, t->p999, t->max);
-    if (c->instructions > 0.0) {
-        fprintf(file, ", \"instructions\": %.1f", c->instructions);
-    }
-    fprintf(file, "}");
-}
-
-static int write_json(const struct bench_case *cases, const struct arguments *a,
-                      double calibration_ns) {
-    struct cli_output output;
-    int status = cli_output_open(&output, a->json);
-    if (status != CLI_OK) {
-        return status;
-    }
-    const struct kl_model *model = &cases[STRAIGHT].m.model;
-    fprintf(output.file,
-            "{\n  \"model\": \"%s\", \"model_hash\": \"%016" PRIx64 "\", \"step_ns\": %" PRId64
-            ", \"speed_m_s\": %.9g,\n  \"steps\": %" PRIu64
-            ", \"build_ms\": %.3f, \"states\": %u, \"state_bytes\": %zu,\n"
-            "  \"clock_ns\": %.1f, \"calibration_ns\": %.1f",
-            model->name, model->hash, model->step_ns, a->speed_m_s, a->steps,
-            cases[STRAIGHT].m.build_ms, model->n_states, sizeof(struct kl_state),
-            cases[STRAIGHT].times.clock_ns, calibration_ns);
-    for (int i = 0; i < CASES; i++) {
-        json_case(output.file, &cases[i], i);
-    }
-    fprintf(output.file, "\n}\n");
-    return cli_output_close(&output, CLI_OK);
-}
-
-static void print_all(const struct bench_case *cases, const struct arguments *a,
-                      double calibration_ns) {
-    const struct kl_model *model = &cases[STRAIGHT].m.model;
-    printf("%s: %u states, step %g ms, %g m/s, %" PRIu64 " steps measured twice\n", model->name,
-           model->n_states, 1e3 * (double)model->step_s, a->speed_m_s, a->steps);
-    printf("model built in %.2f ms; state %zu bytes; calibration kernel (1000 dependent "
-           "multiply-adds) %.0f ns\n",
-           cases[STRAIGHT].m.build_ms, sizeof(struct kl_state), calibration_ns);
-    for (int i = 0; i < CASES; i++) {
-        print_case(&cases[i], i, calibration_ns);
-    }
-    if (cases[STRAIGHT].instructions > 0.0) {
-        printf("instructions, worst case over best: %.3f\n",
-               fmax(cases[TRACK].instructions, cases[STRAIGHT].instructions) /
-                   fmin(cases[TRACK].instructions, cases[STRAIGHT].instructions));
-    }
-}
-
-/* ---- the command ---- */
 
 /* What callgrind runs: "straight:1000". */
 static int count_only(const struct arguments *a) {
     static struct bench_case c;
     const char *colon = strchr(a->count_only, ':');
-    int which = strncmp(a->count_only, case_name[TRACK], strlen(case_name[TRACK])) == 0;
-    int status = open_case(&c, which, a);
+    const char *track = bench_case_name[BENCH_TRACK_CASE];
+    int which = strncmp(a->count_only, track, strlen(track)) == 0;
+    int status = bench_case_open(&c, which, &a->target, a->speed_m_s);
     if (status == CLI_OK) {
         uint64_t steps = colon != NULL ? strtoull(colon + 1, NULL, 10) : 0;
         printf("%016" PRIx64 "\n", bench_steps(&c.vehicle, steps));
-        close_case(&c);
+        bench_case_close(&c);
     }
     return status;
 }
 
-static int perform(struct bench_case *cases, const struct arguments *a, char *const *arguments) {
-    int opened = 0;
+/* ---- one model ---- */
+
+static int count(struct bench_case *c, int which, const struct arguments *a,
+                 const struct cli_target *target) {
+    /* for callgrind: the same operands and --set, nothing else */
+    char *again[2 + 2 * CLI_MAX_LIST + 4];
+    char set_option[] = "--set";
+    char speed[48];
+    size_t n = 0;
     int status = CLI_OK;
-    while (opened < CASES && status == CLI_OK) {
-        status = open_case(&cases[opened], opened, a);
-        opened += status == CLI_OK;
+    again[n++] = (char *)(uintptr_t)target->vehicle;
+    if (target->track != NULL) {
+        again[n++] = (char *)(uintptr_t)target->track;
     }
-    double calibration_ns = bench_calibrate();
-    for (int i = 0; i < CASES && status == CLI_OK; i++) {
-        status = bench_measure(&cases[i].vehicle, a->steps, &cases[i].times);
-        if (status == CLI_OK && a->instructions) {
-            status = bench_count("bench", arguments, case_name[i], &cases[i].instructions);
+    for (size_t i = 0; i < target->set.n; i++) {
+        again[n++] = set_option;
+        again[n++] = (char *)(uintptr_t)target->set.item[i];
+    }
+    snprintf(speed, sizeof speed, "--speed=%.17g", a->speed_m_s);
+    again[n++] = speed;
+    again[n] = NULL;
+    if (a->stages) {
+        status = bench_count_stages(again, bench_case_name[which], c->stage);
+        c->has_stages = status == CLI_OK;
+        for (int i = 0; i < BENCH_STAGES; i++) {
+            c->instructions += c->stage[i];
         }
-    }
-    if (status == CLI_OK && !cli_is_stdout(a->json)) {
-        print_all(cases, a, calibration_ns);
-    }
-    if (status == CLI_OK && a->json != NULL) {
-        status = write_json(cases, a, calibration_ns);
-    }
-    for (int i = 0; i < opened; i++) {
-        close_case(&cases[i]);
+    } else if (a->instructions) {
+        status = bench_count("bench", again, bench_case_name[which], &c->instructions);
     }
     return status;
+}
+
+/* Measures; to be closed in any case. */
+static int measure(struct bench_of_model *b, const struct arguments *a,
+                   const struct cli_target *target) {
+    int status = CLI_OK;
+    memset(b, 0, sizeof *b);
+    b->path = target->vehicle;
+    b->speed_m_s = a->speed_m_s;
+    b->steps = a->steps;
+    for (int i = 0; i < BENCH_CASES && status == CLI_OK; i++) {
+        status = bench_case_open(&b->of[i], i, target, a->speed_m_s);
+    }
+    b->calibration_ns = bench_calibrate();
+    for (int i = 0; i < BENCH_CASES && status == CLI_OK; i++) {
+        status = bench_measure(&b->of[i].vehicle, a->steps, &b->of[i].times);
+        status = status == CLI_OK ? count(&b->of[i], i, a, target) : status;
+    }
+    return status;
+}
+
+static void close_all(struct bench_of_model *b) {
+    for (int i = 0; i < BENCH_CASES; i++) {
+        bench_case_close(&b->of[i]);
+    }
+}
+
+static int bench_one(struct bench_of_model *b, const struct arguments *a) {
+    struct cli_output json = {0};
+    int status = measure(b, a, &a->target);
+    if (status == CLI_OK && !cli_is_stdout(a->json)) {
+        bench_print(b, stdout);
+    }
+    if (status == CLI_OK && a->json != NULL) {
+        status = cli_output_open(&json, a->json);
+        if (status == CLI_OK) {
+            bench_json(b, json.file);
+            fputc('\n', json.file);
+            status = cli_output_close(&json, CLI_OK);
+        }
+    }
+    close_all(b);
+    return status;
+}
+
+/* ---- all of a folder ---- */
+
+/* A vehicle file has a line that begins with "wheelsets:", as no track file has. */
+static bool is_vehicle(const char *path) {
+    char text[256];
+    bool found = false;
+    FILE *file = fopen(path, "r");
+    while (file != NULL && !found && fgets(text, sizeof text, file) != NULL) {
+        found = strncmp(text, "wheelsets:", 10) == 0;
+    }
+    if (file != NULL) {
+        (void)fclose(file);
+    }
+    return found;
+}
+
+static int by_name(const void *a, const void *b) {
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+/* The vehicle files of a folder, sorted; the caller frees the names. */
+static int find_vehicles(const char *folder, char **names, size_t *n) {
+    char path[4096];
+    DIR *directory = opendir(folder);
+    const struct dirent *entry = NULL;
+    *n = 0;
+    if (directory == NULL) {
+        return cli_fail("--all %s: %s", folder, strerror(errno));
+    }
+    while (*n < MAX_MODELS && (entry = readdir(directory)) != NULL) {
+        const char *end = strrchr(entry->d_name, '.');
+        const char *slash = folder[strlen(folder) - 1] == '/' ? "" : "/";
+        const int length = snprintf(path, sizeof path, "%s%s%s", folder, slash, entry->d_name);
+        if (end != NULL && strcmp(end, ".yaml") == 0 && length < (int)sizeof path &&
+            is_vehicle(path)) {
+            names[*n] = strdup(path);
+            *n += names[*n] != NULL;
+        }
+    }
+    (void)closedir(directory);
+    qsort(names, *n, sizeof names[0], by_name);
+    return *n > 0 ? CLI_OK : cli_fail("--all %s: no vehicle file (*.yaml) is in it", folder);
+}
+
+static int bench_folder(struct bench_of_model *b, const struct arguments *a) {
+    static char *names[MAX_MODELS];
+    struct cli_output json = {0};
+    size_t n = 0;
+    const bool text = !cli_is_stdout(a->json);
+    int status = find_vehicles(a->all, names, &n);
+    if (status == CLI_OK && a->json != NULL) {
+        status = cli_output_open(&json, a->json);
+    }
+    if (status == CLI_OK && text) {
+        printf("ns per step; real time: of the median; kernel: median over that of the calibration "
+               "kernel\n");
+        bench_table_head(a->instructions || a->stages, stdout);
+    }
+    for (size_t i = 0; i < n; i++) {
+        const struct cli_target target = {.vehicle = names[i], .track = a->target.vehicle};
+        if (status == CLI_OK) {
+            status = measure(b, a, &target);
+            if (status == CLI_OK && text) {
+                bench_table_row(b, stdout);
+            }
+            if (status == CLI_OK && json.file != NULL) {
+                fprintf(json.file, i == 0 ? "{\"models\": [" : ",\n");
+                bench_json(b, json.file);
+            }
+            close_all(b);
+        }
+        free(names[i]);
+    }
+    if (json.file != NULL) {
+        fprintf(json.file, "]}\n");
+    }
+    return cli_output_close(&json, status);
+}
+
+/* ---- the command ---- */
+
+static int check(const struct arguments *a) {
+    if (a->all == NULL) {
+        return a->target.vehicle != NULL ? CLI_OK
+                                         : cli_misuse("an argument is missing: expected MODEL "
+                                                      "[TRACK], or --all FOLDER [TRACK]");
+    }
+    if (a->target.track != NULL || a->target.set.n > 0) {
+        return cli_misuse("--all FOLDER takes one argument, the TRACK of all, and no --set");
+    }
+    return CLI_OK;
 }
 
 int cmd_bench(int argc, char **argv) {
@@ -231,6 +228,16 @@ int cmd_bench(int argc, char **argv) {
          .kind = CLI_FLAG,
          .value = &a.instructions,
          .help = "count instructions per step as well: runs under valgrind, some 10 s"},
+        {.name = "--stages",
+         .kind = CLI_FLAG,
+         .value = &a.stages,
+         .help = "and by the stages of a step: track, placing, suspension, contact, motion,\n"
+                 "inputs and outputs; some 20 s"},
+        {.name = "--all",
+         .argument = "FOLDER",
+         .kind = CLI_TEXT,
+         .value = &a.all,
+         .help = "every vehicle file of a folder, as a table; the one argument is TRACK"},
         {.name = "--count-only",
          .argument = "CASE:N",
          .kind = CLI_EXTRA_TEXT,
@@ -239,12 +246,13 @@ int cmd_bench(int argc, char **argv) {
     };
     const struct cli_command command = {
         .takes_track = true,
+        .operands = "MODEL [TRACK]",
         .purpose =
             "Measures what a step costs: on straight smooth track, and displaced on TRACK or, if\n"
             "none is given, on straight track with irregularities. Median over batches of 100\n"
             "steps; the high quantiles are those of single steps and hold what the system did\n"
             "meanwhile. The calibration kernel, a fixed piece of arithmetic, makes figures of\n"
-            "different machines comparable.",
+            "different machines comparable: give them as a ratio to it.",
         .example =
             "klingel bench models/two_axle_wagon.yaml models/demo_track.yaml --json bench.json\n",
         .options = options,
@@ -255,24 +263,13 @@ int cmd_bench(int argc, char **argv) {
     if (a.count_only != NULL) {
         return count_only(&a);
     }
-    struct bench_case *cases = calloc(CASES, sizeof *cases);
-    /* for callgrind: the same operands and --set, nothing else */
-    char *again[2 + 2 * CLI_MAX_LIST + 4];
-    char set_option[] = "--set";
-    char speed[48];
-    size_t n = 0;
-    again[n++] = (char *)(uintptr_t)a.target.vehicle;
-    if (a.target.track != NULL) {
-        again[n++] = (char *)(uintptr_t)a.target.track;
+    if ((status = check(&a)) != CLI_OK) {
+        return status;
     }
-    for (size_t i = 0; i < a.target.set.n; i++) {
-        again[n++] = set_option;
-        again[n++] = (char *)(uintptr_t)a.target.set.item[i];
-    }
-    snprintf(speed, sizeof speed, "--speed=%.17g", a.speed_m_s);
-    again[n++] = speed;
-    again[n] = NULL;
-    status = cases != NULL ? perform(cases, &a, again) : cli_fail("out of memory");
-    free(cases);
+    struct bench_of_model *b = calloc(1, sizeof *b);
+    status = b == NULL       ? cli_fail("out of memory")
+             : a.all != NULL ? bench_folder(b, &a)
+                             : bench_one(b, &a);
+    free(b);
     return cli_flush(status);
 }
