@@ -15,7 +15,8 @@ WAGON, RESTRAINED, FREE = "models/two_axle_wagon.yaml", "models/restrained_wheel
 ARCS, DEMO, CURVE = "models/wickens_arcs.yaml", "models/demo_track.yaml", "models/curve_r600.yaml"
 LINEAR = "tests/tools/fixtures/linear_two_axle.yaml"
 CREEP = "models/creep/contact.csv"
-COMMANDS = ("geometry", "conicity", "creep", "run", "modes", "bench", "hil", "dbc", "signals", "build", "critical", "curve")
+COMMANDS = ("geometry", "conicity", "creep", "run", "modes", "bench", "hil", "dbc", "signals", "build", "critical", "curve",
+            "ride")
 
 
 def klingel(*arguments: object, timeout: float = 60, **more) -> subprocess.CompletedProcess:

@@ -10,8 +10,21 @@ double cli_seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+/* Messages name the file: a terminal shall not act on what stands there. */
+static bool is_printable(const char *path) {
+    for (; path != NULL && *path != '\0'; path++) {
+        if ((unsigned char)*path < 0x20 || *path == 0x7f) {
+            return false;
+        }
+    }
+    return true;
+}
+
 int cli_model_load(struct cli_model *m, const struct cli_target *target) {
     memset(m, 0, sizeof *m);
+    if (!is_printable(target->vehicle) || !is_printable(target->track)) {
+        return cli_fail("a file's name must not hold control characters");
+    }
     if (model_file_load(&m->file, target->vehicle, target->track, stderr) != 0) {
         return CLI_FAILED;
     }

@@ -101,9 +101,9 @@ static int find_wheelset(const struct kl_model *model, const char *name, uint32_
         return CLI_OK;
     }
     const char *near = cli_nearest(name, names, model->n_wheelsets);
-    return cli_misuse("--wheelset %s: the model has none of that name; %s %s", name,
+    return cli_misuse("--wheelset %s: the model has none of that name; %s %s%s", name,
                       near != NULL ? "did you mean" : "its first is",
-                      near != NULL ? near : names[0]);
+                      near != NULL ? near : names[0], near != NULL ? "?" : "");
 }
 
 /* ---- linear ---- */

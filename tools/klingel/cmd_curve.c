@@ -10,6 +10,7 @@
 #define MOST_CASES 1000
 #define LEAST_RADIUS_M 51.0 /* the track's bound is 0.02 1/m */
 #define DEFAULT_CANT_M 0.1
+#define STANDARD_GRAVITY 9.81 /* cant deficiency of a model without gravity */
 
 struct arguments {
     const char *radius;
@@ -116,7 +117,8 @@ static int find_all(struct job *job, const struct arguments *a, FILE *csv, size_
     cli_progress_begin(&progress);
     for (size_t i = 0; i < job->n && status == CLI_OK; i++) {
         struct curve_case at;
-        status = make_case(a, job->radius[i], job->m.file.vehicle.gravity_m_s2, &at);
+        const double gravity = job->m.file.vehicle.gravity_m_s2;
+        status = make_case(a, job->radius[i], gravity > 0.0 ? gravity : STANDARD_GRAVITY, &at);
         if (status != CLI_OK) {
             break;
         }
@@ -148,8 +150,8 @@ static int perform(struct job *job, const struct arguments *a) {
     struct cli_output csv = {0};
     size_t found = 0;
     int status = parse_radii(a->radius, job->radius, &job->n);
-    if (status == CLI_OK && job->m.file.vehicle.gravity_m_s2 <= 0.0) {
-        status = cli_fail("a model without gravity does not run in curves with cant");
+    if (status == CLI_OK && job->m.file.vehicle.gravity_m_s2 <= 0.0 && a->cant_m != 0.0) {
+        status = cli_misuse("a model without gravity knows no cant: --cant 0");
     }
     if (status == CLI_OK && a->csv != NULL) {
         status = cli_output_open(&csv, a->csv);

@@ -39,12 +39,12 @@ static int choose_run(const struct cli_model *m, const struct arguments *a, stru
     }
     run->from_m = a->from_m;
     run->to_m = isnan(a->to_m) ? track_end(&m->file) - lead : a->to_m;
-    run->keep_from_m =
+    run->assess_from_m =
         isnan(a->assess_from_m) ? a->from_m + SETTLE_S * a->speed_m_s : a->assess_from_m;
-    if (!(run->to_m > run->keep_from_m && run->keep_from_m >= run->from_m)) {
+    if (!(run->to_m > run->assess_from_m && run->assess_from_m >= run->from_m)) {
         return cli_misuse("nothing to assess: the run goes from %g to %g m and is assessed from %g "
                           "m on; see --from, --to and --assess-from",
-                          run->from_m, run->to_m, run->keep_from_m);
+                          run->from_m, run->to_m, run->assess_from_m);
     }
     return CLI_OK;
 }

@@ -33,29 +33,30 @@ static double rms_of(const double *x, size_t n) {
 }
 
 /* Samples of a section; what is left over at the end belongs to the last one. */
-static size_t section_samples(const struct ride_result *r) {
-    const double each = r->section_m > 0.0
-                            ? r->section_m / r->record->speed_m_s * r->record->rate_Hz
-                            : (double)r->record->n;
-    return each < (double)r->record->n ? (size_t)each : r->record->n;
+static size_t section_samples(const struct ride_result *r, size_t n) {
+    const double each =
+        r->section_m > 0.0 ? r->section_m / r->record->speed_m_s * r->record->rate_Hz : (double)n;
+    return each < 1.0 ? 1 : (each < (double)n ? (size_t)each : n);
 }
 
 static void finish(struct work *k, struct ride_quantity *q) {
-    const size_t n = k->result->record->n;
-    const size_t each = section_samples(k->result);
+    const struct ride_record *r = k->result->record;
+    const double *x = k->x + r->first;
+    const size_t n = r->n - r->first;
+    const size_t each = section_samples(k->result, n);
     const size_t sections = n / each;
     k->result->n_sections = sections;
     q->low = HUGE_VAL;
     q->high = -HUGE_VAL;
     for (size_t i = 0; i < sections; i++) {
         const size_t length = i + 1 == sections ? n - i * each : each;
-        memcpy(k->sorted, k->x + i * each, length * sizeof(double));
+        memcpy(k->sorted, x + i * each, length * sizeof(double));
         q->low = fmin(q->low, ride_quantile(k->sorted, length, LOW));
         q->high = fmax(q->high, ride_quantile(k->sorted, length, HIGH));
     }
-    memcpy(k->sorted, k->x, n * sizeof(double));
+    memcpy(k->sorted, x, n * sizeof(double));
     q->middle = ride_quantile(k->sorted, n, 0.5);
-    q->rms = rms_of(k->x, n);
+    q->rms = rms_of(x, n);
 }
 
 static struct ride_quantity *begin(struct work *k, const char *name, const char *what,
@@ -171,7 +172,7 @@ static double sperling_of(const struct work *k, const double *x, double factor) 
     const struct ride_record *r = k->result->record;
     struct ride_spectrum s;
     double sum = 0.0;
-    if (!ride_spectrum_make(&s, x, r->n, r->rate_Hz, WINDOW_S)) {
+    if (!ride_spectrum_make(&s, x + r->first, r->n - r->first, r->rate_Hz, WINDOW_S)) {
         return (double)NAN;
     }
     for (size_t i = 1; i < s.n; i++) {
@@ -195,11 +196,11 @@ static double comfort_of(struct work *k, const double *x, enum ride_weight weigh
     for (size_t i = 0; i < r->n; i++) {
         k->x[i] = ride_filter_step(&f, x[i] - x[0]);
     }
-    for (size_t i = 0; i + block <= r->n; i += block) {
+    for (size_t i = r->first; i + block <= r->n; i += block) {
         k->sorted[blocks++] = rms_of(k->x + i, block);
     }
     *c95 = ride_quantile(k->sorted, blocks, 0.95);
-    return rms_of(k->x, r->n);
+    return rms_of(k->x + r->first, r->n - r->first);
 }
 
 static void assess_comfort(struct work *k, uint32_t p) {
@@ -215,7 +216,7 @@ static void assess_comfort(struct work *k, uint32_t p) {
 int ride_assess(struct ride_result *result) {
     const struct ride_record *r = result->record;
     struct work k = {.result = result};
-    if ((double)r->n < r->rate_Hz) {
+    if ((double)(r->n - r->first) < r->rate_Hz) {
         return cli_fail("less than a second of the run is left to be assessed");
     }
     k.x = malloc(r->n * sizeof(double));

@@ -20,7 +20,7 @@ static double scale_of(const struct ride_quantity *q) {
 void ride_print(const struct ride_result *result) {
     const struct ride_record *r = result->record;
     printf("%s at %.2f m/s (%.1f km/h), s = %.1f to %.1f m in %zu section%s\n", r->model->name,
-           r->speed_m_s, 3.6 * r->speed_m_s, r->s_m[0], r->s_m[r->n - 1], result->n_sections,
+           r->speed_m_s, 3.6 * r->speed_m_s, r->s_m[r->first], r->s_m[r->n - 1], result->n_sections,
            result->n_sections == 1 ? "" : "s; percentiles of the worst");
     printf("EN 14363\n  %-20s %-11s %-19s %9s %9s %9s %9s  %s\n", "where", "quantity", "filter",
            "0.15 %", "50 %", "99.85 %", "rms", "limit");
@@ -117,9 +117,9 @@ struct picture {
 static void draw_series(struct picture *p, const double *values, double scale,
                         const struct cli_plot_style *style) {
     const struct ride_record *r = p->result->record;
-    const size_t every = r->n / MOST_DRAWN + 1;
+    const size_t every = (r->n - r->first) / MOST_DRAWN + 1;
     size_t n = 0;
-    for (size_t i = 0; i < r->n; i += every) {
+    for (size_t i = r->first; i < r->n; i += every) {
         p->x[n] = r->s_m[i];
         p->y[n++] = scale * values[i];
     }
@@ -155,10 +155,11 @@ static void draw_spectra(struct picture *p, bool vertical) {
     for (uint32_t i = 0; i < r->n_points; i++) {
         const struct cli_plot_style style = {.colour = (enum cli_plot_colour)(drawn % 6u),
                                              .thin = true};
+        const double *x = vertical ? r->vertical[i] : r->lateral[i];
         struct ride_spectrum s;
         size_t n = 0;
-        if (!r->point[i].floor || !ride_spectrum_make(&s, vertical ? r->vertical[i] : r->lateral[i],
-                                                      r->n, r->rate_Hz, WINDOW_S)) {
+        if (!r->point[i].floor ||
+            !ride_spectrum_make(&s, x + r->first, r->n - r->first, r->rate_Hz, WINDOW_S)) {
             continue;
         }
         for (size_t k = 1; k < s.n && (double)k * s.width_Hz <= DRAWN_TO_HZ; k++) {

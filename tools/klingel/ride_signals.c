@@ -148,9 +148,8 @@ int ride_simulate(struct ride_record *r, const struct ride_run *run) {
                             (r->faults & KL_FAULT_DERAILED) != 0 ? "derailed"
                                                                  : "is no longer finite");
         }
-        if ((double)output.s_m >= run->keep_from_m) {
-            keep(r, &output);
-        }
+        keep(r, &output);
+        r->first += (double)output.s_m < run->assess_from_m;
         if (i % LOOK_EVERY == 0) {
             cli_progress_show(run->progress, (double)i / (double)steps, "simulating");
         }

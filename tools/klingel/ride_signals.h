@@ -25,7 +25,8 @@ struct ride_record {
     double speed_m_s;
     uint32_t n_points;
     struct ride_point point[RIDE_MAX_POINTS];
-    size_t n; /* samples kept */
+    size_t n;     /* samples */
+    size_t first; /* ... to be assessed: those before let filters settle */
     double *s_m;
     double *lateral[RIDE_MAX_POINTS]; /* m/s2 */
     double *vertical[RIDE_MAX_POINTS];
@@ -44,7 +45,7 @@ void ride_points(struct ride_record *record, double floor_m);
 struct ride_run {
     double from_m;
     double to_m;
-    double keep_from_m; /* samples are kept from here on */
+    double assess_from_m;
     struct cli_progress *progress;
 };
 
