@@ -116,14 +116,18 @@ static void read_tables(const struct kl_pair *restrict pair, const struct outboa
  * The contact plane, from how the constraint moves the wheelset: z_y + s arm phi_y = -s tan(delta)
  * (1 - r phi_y). Between rows, above all in the one in which a contact jumps, angles interpolated
  * by themselves would contradict the heights, and the wheels' forces the motion. A contact that is
- * carried along by the rail has the angle of its row on top.
+ * carried along by the rail has the angle of its row; in the row in which that begins, the path's as
+ * far as it is carried.
  */
 static inline void find_contact_planes(struct kl_axle *axle) {
     KL_EACH_LANE(g) {
         const kl_lane s_z_y = kl_lane_of(axle->z_y, -axle->z_y, g);
         const kl_lane held = KL_R(1) - KL_LANE(axle->radius, g) * axle->phi_y;
-        const kl_lane tangent =
-            KL_LANE(axle->extra, g) - (s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
+        const kl_lane path = -(s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
+        const kl_lane extra = kl_lane_max(
+            KL_LANE(axle->extra, g) - KL_LANE(axle->carried, g) * path, kl_lane_all(KL_R(0)));
+        const kl_lane tangent = path + extra;
+        KL_LANE(axle->extra, g) = extra;
         const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
         const kl_lane cos_delta = KL_R(1) / inv_cos;
         KL_LANE(axle->inv_cos, g) = inv_cos;
