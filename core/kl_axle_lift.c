@@ -89,54 +89,68 @@ static inline void find_normals(const struct kl_axle *axle, const struct kl_axle
     }
 }
 
+/* 1 where x > 0, else 0. */
+static inline kl_lane is_positive(kl_lane x) {
+    return kl_lane_positive_or_0(x, kl_lane_all(KL_R(1)));
+}
+
 /*
  * Both wheels' upward accelerations from the normal forces N0 that there would be without: a wheel
  * on its rail has none unless it would have to be pulled, one that is up or comes off carries
- * nothing. N = N0 + W a, and W is symmetric and positive in all but rounding.
+ * nothing. N = N0 + W a, and W is symmetric and positive in all but rounding. One that comes off
+ * may take the other along; then both come off.
  */
 void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
                         const struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces) {
-    const int loaded =
-        wheelset->static_load_N > KL_R(0); /* without a load nothing could come down */
+    /* without a load nothing could come down */
+    const kl_real loaded = wheelset->static_load_N > KL_R(0) ? KL_R(1) : KL_R(0);
     const int limited = wheelset->creep.law != KL_CREEP_LINEAR;
     struct kl_lifting *lifting = &forces->lifting;
-    kl_both without;
-    find_normals(axle, forces, &without);
-    const kl_real n_r = without[KL_RIGHT];
-    const kl_real n_l = without[KL_LEFT];
     const kl_real w_rr = lifting->right[KL_RIGHT];
     const kl_real w_rl = lifting->right[KL_LEFT];
     const kl_real w_lr = lifting->left[KL_RIGHT];
     const kl_real w_ll = lifting->left[KL_LEFT];
-    const kl_real alone_r = -n_r / w_rr;
-    const kl_real alone_l = -n_l / w_ll;
-    int off_r = loaded && (axle->up[KL_RIGHT] > KL_R(0) || n_r < KL_R(0));
-    int off_l = loaded && (axle->up[KL_LEFT] > KL_R(0) || n_l < KL_R(0));
-    const int drags_r = n_r + w_rl * alone_l < KL_R(0);
-    const int drags_l = n_l + w_lr * alone_r < KL_R(0);
-    const int both = (off_r && (off_l || drags_l)) || (off_l && drags_r);
-    off_r = off_r || both;
-    off_l = off_l || both;
     const kl_real inv = KL_R(1) / (w_rr * w_ll - w_rl * w_lr);
-    const kl_real both_r = (w_rl * n_l - w_ll * n_r) * inv;
-    const kl_real both_l = (w_lr * n_r - w_rr * n_l) * inv;
-    const kl_real a_r = off_r ? (both ? both_r : alone_r) : KL_R(0);
-    const kl_real a_l = off_l ? (both ? both_l : alone_l) : KL_R(0);
-    const kl_both a = {a_r, a_l};
-    const kl_both on = {off_r ? KL_R(0) : KL_R(1), off_l ? KL_R(0) : KL_R(1)};
-    const kl_both n = {n_r + (w_rr * a_r + w_rl * a_l), n_l + (w_lr * a_r + w_ll * a_l)};
+    kl_both without;
+    kl_both off;
+    kl_both alone;
+    kl_both along; /* 1 where this wheel comes off and takes the other along, or finds it off */
+    kl_both a;
     kl_both free_y;
+    find_normals(axle, forces, &without);
+    KL_EACH_LANE(g) {
+        const kl_lane n = KL_LANE(without, g);
+        KL_LANE(off, g) = loaded * kl_lane_max(KL_LANE(axle->up, g), is_positive(-n));
+        KL_LANE(alone, g) = -(n / kl_lane_of(w_rr, w_ll, g));
+    }
+    KL_EACH_LANE(g) {
+        const kl_lane other = KL_OTHER(without, g) + kl_lane_of(w_lr, w_rl, g) * KL_LANE(alone, g);
+        KL_LANE(along, g) = KL_LANE(off, g) * kl_lane_max(KL_OTHER(off, g), is_positive(-other));
+    }
+    const kl_real both = kl_max_real(along[KL_RIGHT], along[KL_LEFT]);
+    KL_EACH_LANE(g) {
+        const kl_lane n = KL_LANE(without, g);
+        const kl_lane together =
+            (kl_lane_of(w_rl, w_lr, g) * KL_OTHER(without, g) - kl_lane_of(w_ll, w_rr, g) * n) *
+            inv;
+        const kl_lane alone_a = KL_LANE(alone, g);
+        KL_LANE(a, g) = kl_lane_max(KL_LANE(off, g), kl_lane_all(both)) *
+                        (alone_a + both * (together - alone_a));
+    }
     KL_EACH_LANE(g) {
         const kl_lane zero = kl_lane_all(KL_R(0));
         const kl_lane one = kl_lane_all(KL_R(1));
-        KL_LANE(lifting->on, g) = KL_LANE(on, g);
-        KL_LANE(lifting->acceleration, g) = KL_LANE(axle->landing, g) + KL_LANE(a, g);
-        KL_LANE(free_y, g) = KL_LANE(a, g) * KL_LANE(lifting->free_y, g);
-        const kl_lane normal = KL_LANE(on, g) * kl_lane_max(KL_LANE(n, g), zero);
+        const kl_lane on = one - kl_lane_max(KL_LANE(off, g), kl_lane_all(both));
+        const kl_lane n = KL_LANE(without, g) + (kl_lane_of(w_rr, w_ll, g) * KL_LANE(a, g) +
+                                                 kl_lane_of(w_rl, w_lr, g) * KL_OTHER(a, g));
+        const kl_lane normal = on * kl_lane_max(n, zero);
         /* creep stays within what this normal force allows */
         const kl_lane used = kl_lane_max(KL_LANE(forces->contacts.used, g), one);
-        const kl_lane within = limited ? kl_lane_min(normal / used, one) : KL_LANE(on, g);
+        const kl_lane within = limited ? kl_lane_min(normal / used, one) : on;
+        KL_LANE(lifting->on, g) = on;
+        KL_LANE(lifting->acceleration, g) = KL_LANE(axle->landing, g) + KL_LANE(a, g);
+        KL_LANE(free_y, g) = KL_LANE(a, g) * KL_LANE(lifting->free_y, g);
         KL_LANE(forces->normal, g) = normal;
         KL_LANE(forces->t1, g) = within * KL_LANE(forces->t1, g);
         KL_LANE(forces->t2, g) = within * KL_LANE(forces->t2, g);
