@@ -16,12 +16,13 @@ STRICT   = -std=c11 -ffp-contract=off -fno-fast-math -fno-math-errno -fno-trappi
 # objects are ordinary ones as well, so that everything else links in no time.
 ifneq ($(filter gcc gcc-%,$(notdir $(CC))),)
 FAT     ?= -flto -ffat-lto-objects
-TOGETHER ?= -flto=2
+TOGETHER ?= -flto=auto
 endif
 COREFLAGS = $(STRICT) $(OPT) $(FAT) -g $(WARN) -ffreestanding $(REAL) -Icore
 PORTFLAGS = $(STRICT) $(OPT) -g $(WARN) -ffreestanding $(REAL) -Icore -Iport
 HOSTFLAGS = $(STRICT) $(OPT) -g $(WARN) $(REAL) -D_GNU_SOURCE -Icore -Iport -Ihal_linux -Itools/klingel
-TESTFLAGS = $(HOSTFLAGS) -Itests
+# tests are linked of the ordinary objects
+TESTFLAGS = $(HOSTFLAGS) -fno-lto -Itests
 CLI_LIBS  = -lcyaml -lyaml -llapacke -lm -lpthread
 
 CORE_SRC := $(wildcard core/*.c)
