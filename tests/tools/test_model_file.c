@@ -365,8 +365,7 @@ static void test_all_models_build(void **state) {
         free(entries[i]);
     }
     free(entries);
-    assert_int_equal(vehicles, 6);
-    assert_int_equal(tracks, 4);
+    assert_true(vehicles >= 7 && tracks >= 6); /* those that were there when this was written */
 }
 
 /* The n-th yaml sample of the README, from 0, into a file. */
