@@ -1,13 +1,18 @@
 /*
- * golden.c - runs a few vehicles and prints what they did, to the last bit.
+ * golden.c - runs vehicles and prints what they did, to the last bit.
  *
- * usage: golden [--steps N] [SCENARIO]     all scenarios, or one; each for at most N steps
+ * usage: golden [--steps N] [--linked] [SCENARIO]
+ *     all scenarios, those alone whose models are linked, or one; each for at most N steps
  * Output, one item a line:
- *     trace NAME TIME_S STATE OUTPUT y1_mm yaw1_mrad Q1r_kN Y1_kN body_y_mm body_roll_mrad
+ *     version N                                    KL_MODEL_VERSION
+ *     columns NAME t_s state output front.y_mm ...  what stands in the trace of a scenario
+ *     trace NAME TIME_S STATE OUTPUT NUMBER ...
  *     scenario NAME model HASH state HASH output HASH faults N steps N
- * `state` is a hash over the hashes of the state after every step up to there, `output` one over
- * all numbers of the outputs; a run that ends early has the same rows as far as it went. Profiles come from profiles.inc, which golden.py writes from models/profiles;
- * nothing here needs libm or a file, so the program runs on a target as well.
+ * `state` is a hash over the hashes of the state after every step up to there, `output` one over all
+ * numbers of the outputs; a run that ends early has the same rows as far as it went. The scenarios
+ * here are definitions in C, built by the core where this runs; those of linked.inc are models that
+ * klingel build made of files. golden.py writes profiles.inc from models/profiles, and linked.inc.
+ * Nothing here needs libm or a file, so the program runs on a target as well.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -64,6 +69,7 @@ static int rough_track(struct vehicle *v) {
 /* ---- what is run ---- */
 
 struct run {
+    double from_m;
     double speed_m_s;  /* at the start */
     double target_m_s; /* set-point of all steps */
     double y_m;        /* of the first wheelset at the start */
@@ -120,6 +126,14 @@ static const struct {
                  {"wagon_in_a_curve", wagon_in_a_curve},
                  {"crawling_wagon", crawling_wagon},
                  {"fast_wagon", fast_wagon}};
+
+/* Those that golden.py had made of files. */
+struct linked {
+    const char *name;
+    const struct kl_model *model;
+    struct run run;
+};
+#include "linked.inc"
 
 /* ---- hashing and printing ---- */
 
@@ -180,69 +194,108 @@ struct streams {
     uint64_t outputs;
 };
 
-static void trace(const char *name, const struct kl_model *m, const struct kl_output *o,
-                  const struct streams *streams) {
-    const struct kl_wheelset_output *w = &o->wheelset[0];
-    const double body_y = m->n_bodies ? (double)o->body[0].position[KL_Y] : 0.0;
-    const double body_roll = m->n_bodies ? (double)o->body[0].position[KL_ROLL] : 0.0;
-    printf("trace %s %.3f %016llx %016llx %.6f %.6f %.6f %.6f %.6f %.6f\n", name,
-           1e-9 * (double)o->time_ns, (unsigned long long)streams->states,
-           (unsigned long long)streams->outputs, 1e3 * (double)w->y_m, 1e3 * (double)w->yaw_rad,
-           1e-3 * (double)w->wheel[KL_RIGHT].q_N, 1e-3 * (double)w->force_y_N, 1e3 * body_y,
-           1e3 * body_roll);
+static void print_columns(const char *name, const struct kl_model *m) {
+    printf("columns %s t_s state output", name);
+    for (uint32_t w = 0; w < m->n_wheelsets; w++) {
+        const char *part = m->wheelsets[w].name;
+        printf(" %s.y_mm %s.yaw_mrad %s.right.Q_kN %s.Y_kN", part, part, part, part);
+    }
+    for (uint32_t b = 0; b < m->n_bodies; b++) {
+        const char *part = m->bodies[b].name;
+        printf(" %s.y_mm %s.z_mm %s.roll_mrad", part, part, part);
+    }
+    printf("\n");
 }
 
-static int run_one(const char *name, int (*define)(struct vehicle *, struct run *),
-                   unsigned most_steps) {
-    static struct vehicle v;
+static void trace(const char *name, const struct kl_model *m, const struct kl_output *o,
+                  const struct streams *streams) {
+    printf("trace %s %.3f %016llx %016llx", name, 1e-9 * (double)o->time_ns,
+           (unsigned long long)streams->states, (unsigned long long)streams->outputs);
+    for (uint32_t i = 0; i < m->n_wheelsets; i++) {
+        const struct kl_wheelset_output *w = &o->wheelset[i];
+        printf(" %.6f %.6f %.6f %.6f", 1e3 * (double)w->y_m, 1e3 * (double)w->yaw_rad,
+               1e-3 * (double)w->wheel[KL_RIGHT].q_N, 1e-3 * (double)w->force_y_N);
+    }
+    for (uint32_t i = 0; i < m->n_bodies; i++) {
+        const kl_real *at = o->body[i].position;
+        printf(" %.6f %.6f %.6f", 1e3 * (double)at[KL_Y], 1e3 * (double)at[KL_Z],
+               1e3 * (double)at[KL_ROLL]);
+    }
+    printf("\n");
+}
+
+static int run_model(const char *name, const struct kl_model *model, const struct run *run,
+                     unsigned most_steps) {
     static struct kl_output o;
-    struct kl_arena arena;
-    struct kl_model model;
-    struct kl_state x;
+    static struct kl_state x;
     struct kl_input input;
-    struct kl_diag diag = {.what = "track"};
-    struct run run = {0};
-    kl_arena_init(&arena, memory, sizeof memory);
-    if (!define(&v, &run) || kl_build(&v.def, &arena, &model, &diag) != KL_OK ||
-        kl_init(&model, &x, 0, (kl_real)run.speed_m_s) != KL_OK) {
-        printf("failed %s: %s\n", name, diag.what);
+    const struct kl_output blank = {0};
+    o = blank;
+    if (kl_model_check(model) != KL_OK ||
+        kl_init(model, &x, (kl_real)run->from_m, (kl_real)run->speed_m_s) != KL_OK) {
+        printf("failed %s: model\n", name);
         return 1;
     }
-    x.x[kl_wheelset_state_index(&model, 0, KL_WS_Y)] = (kl_real)run.y_m;
-    kl_refresh(&model, &x);
+    x.x[kl_wheelset_state_index(model, 0, KL_WS_Y)] += (kl_real)run->y_m;
+    kl_refresh(model, &x);
     kl_input_init(&input);
-    input.speed_m_s = (kl_real)run.target_m_s;
+    print_columns(name, model);
+    input.speed_m_s = (kl_real)run->target_m_s;
     struct streams streams = {KL_HASH_SEED, KL_HASH_SEED};
     uint32_t faults = 0;
-    unsigned steps = run.steps < most_steps ? run.steps : most_steps;
+    unsigned steps = run->steps < most_steps ? run->steps : most_steps;
     for (unsigned i = 1; i <= steps; i++) {
-        faults = kl_step(&model, &x, &input, &o);
+        faults = kl_step(model, &x, &input, &o);
         streams.states = add_hash(streams.states, kl_state_hash(&x));
-        streams.outputs = add_output(streams.outputs, &model, &o);
+        streams.outputs = add_output(streams.outputs, model, &o);
         if (i % TRACE_EVERY == 0) {
-            trace(name, &model, &o, &streams);
+            trace(name, model, &o, &streams);
         }
     }
     printf("scenario %s model %016llx state %016llx output %016llx faults %u steps %u\n", name,
-           (unsigned long long)model.hash, (unsigned long long)streams.states,
+           (unsigned long long)model->hash, (unsigned long long)streams.states,
            (unsigned long long)streams.outputs, (unsigned)faults, steps);
     return 0;
+}
+
+static int run_built(const char *name, int (*define)(struct vehicle *, struct run *),
+                     unsigned most_steps) {
+    static struct vehicle v;
+    struct kl_arena arena;
+    struct kl_model model;
+    struct kl_diag diag = {.what = "track"};
+    struct run run = {0};
+    kl_arena_init(&arena, memory, sizeof memory);
+    if (!define(&v, &run) || kl_build(&v.def, &arena, &model, &diag) != KL_OK) {
+        printf("failed %s: %s\n", name, diag.what);
+        return 1;
+    }
+    return run_model(name, &model, &run, most_steps);
 }
 
 int main(int argc, char **argv) {
     const char *only = NULL;
     unsigned most_steps = ~0u;
+    int linked_alone = 0;
     int failed = 0;
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--steps") == 0 && i + 1 < argc) {
             most_steps = (unsigned)strtoul(argv[++i], NULL, 10);
+        } else if (strcmp(argv[i], "--linked") == 0) {
+            linked_alone = 1;
         } else {
             only = argv[i];
         }
     }
-    for (unsigned i = 0; i < sizeof scenarios / sizeof scenarios[0]; i++) {
+    printf("version %u\n", (unsigned)KL_MODEL_VERSION);
+    for (unsigned i = 0; i < sizeof scenarios / sizeof scenarios[0] && !linked_alone; i++) {
         if (only == NULL || strcmp(only, scenarios[i].name) == 0) {
-            failed |= run_one(scenarios[i].name, scenarios[i].define, most_steps);
+            failed |= run_built(scenarios[i].name, scenarios[i].define, most_steps);
+        }
+    }
+    for (const struct linked *l = linked; l->name != NULL; l++) {
+        if (only == NULL || strcmp(only, l->name) == 0) {
+            failed |= run_model(l->name, l->model, &l->run, most_steps);
         }
     }
     return failed;
