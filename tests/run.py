@@ -83,23 +83,27 @@ def c_programs(build: str) -> list[Job]:
     return jobs
 
 
-def python_tests(build: str) -> list[Job]:
+# tests of commands that calculate, draw or record for ten seconds and more
+LONG = {"test_analysis", "test_bench_session", "test_docs", "test_models", "test_plot", "test_replay"}
+
+
+def python_tests(build: str, long: bool) -> list[Job]:
     environment = {"KLINGEL": f"{build}/klingel", "BUILD": build, "PYTHONDONTWRITEBYTECODE": "1"}
     return [Job(f"tools/{test.stem}", [PYTHON, str(test.relative_to(ROOT))], "unittest",
                 environment=environment)
-            for test in sorted((ROOT / "tests" / "tools").glob("test_*.py"))]
+            for test in sorted((ROOT / "tests" / "tools").glob("test_*.py")) if (test.stem in LONG) == long]
 
 
 def fast_jobs(build: str) -> list[Job]:
     return (c_programs(build)
             + [Job("conformance", [f"{build}/tests/conformance/conformance"], "cmocka")]
-            + python_tests(build))
+            + python_tests(build, long=False))
 
 
 def slow_jobs(build: str) -> list[Job]:
     stream = f"{build}/tests/hal_linux/stream_socketcand"
     environment = {"KLINGEL": f"{build}/klingel", "BUILD": build, "PYTHONDONTWRITEBYTECODE": "1"}
-    return [
+    return python_tests(build, long=True) + [
         Job("golden", [PYTHON, "tests/golden/golden.py", "--build", f"{build}/golden"], "plain", 1800, environment),
         Job("creep bits and storm", [PYTHON, "tests/golden/creep.py"], environment=environment),
         Job("reference values", ["sh", "tests/reference/check.sh"]),
@@ -126,7 +130,7 @@ def main() -> int:
     parser.add_argument("--list", action="store_true", help="list the jobs and stop")
     arguments = parser.parse_args()
 
-    jobs = fast_jobs(arguments.build) + (slow_jobs(arguments.build) if arguments.all else [])
+    jobs = fast_jobs(arguments.build) + (slow_jobs(arguments.build) if arguments.all or arguments.only else [])
     if arguments.only:
         jobs = [job for job in jobs if arguments.only in job.name]
     if arguments.list:
