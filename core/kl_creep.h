@@ -15,7 +15,7 @@
  *   SHE       Vermeulen-Johnson, with Shen, Hedrick and Elkins' (1983) reduction for spin
  *   POLACH    Polach 1999, with k_A, k_S of Polach 2005
  *   FASTSIM   Kalker 1982: three flexibilities, KL_FASTSIM_STRIPS x KL_FASTSIM_STEPS elements,
- *             the traction bound parabolic or elliptic; 
+ *             the traction bound parabolic or elliptic
  *   TABLE     interpolated results of CONTACT, the complete half-space theory
  *
  * All of them: finite for every finite or infinite creepage, |T| <= mu N (1 + 1e-12), 0 at N = 0

@@ -158,8 +158,12 @@ static void she_is_that_of_the_step(void **state) {
 }
 
 /*
- * CONTACT's own FASTSIM on 40 x 40 elements. That on a very fine grid is 0.006 mu N from those
- * figures on average and 0.022 at most; 10 x 10 elements add to it.
+ * CONTACT's own FASTSIM on 40 x 40 elements. Of those figures only part is FASTSIM: tractions at the
+ * ends of the elements, by steps of first order, leave the limit of infinitely many elements 0.0055
+ * mu N away on average and 0.0195 at most (elliptic bound 0.0093 and 0.0217: 0.8874 where it is
+ * 0.8660). The same steps on the same elements, with the slip of spin taken a sixth of an element
+ * ahead of the middle, give all 412 rows to 4e-6. The law lies between: it is within 0.0147 and
+ * 0.0165 mu N of the limit.
  */
 static void fastsim_agrees_with_that_of_contact(void **state) {
     (void)state;
@@ -169,19 +173,57 @@ static void fastsim_agrees_with_that_of_contact(void **state) {
         against_forces(KL_CREEP_FASTSIM_ELLIPTIC, NULL, "FASTSIM_M3_B2_3flex");
     assert_int_equal(parabolic.n, 206);
     assert_int_equal(elliptic.n, 206);
-    assert_at_most(parabolic.force, 0.0125);
-    assert_at_most(parabolic.force_max, 0.034);
-    assert_at_most(parabolic.moment_max, 0.02);
-    assert_at_most(elliptic.force, 0.0125);
-    assert_at_most(elliptic.force_max, 0.025);
-    assert_at_most(elliptic.moment_max, 0.02);
+    assert_at_most(parabolic.force, 0.0055);
+    assert_at_most(parabolic.force_max, 0.02);
+    assert_at_most(parabolic.moment_max, 0.01);
+    assert_at_most(elliptic.force, 0.0095);
+    assert_at_most(elliptic.force_max, 0.02);
+    assert_at_most(elliptic.moment_max, 0.0125);
+}
+
+/*
+ * Without spin the traction is the lesser of 3/8 x s, s from the leading edge, and the bound; here
+ * summed over a fine grid.
+ */
+static double fastsim_without_spin(double x, int elliptic) {
+    const double pi = acos(-1.0);
+    const int strips = 200;
+    const int steps = 400;
+    double sum = 0.0;
+    for (int j = 0; j < strips; j++) {
+        const double y = -1.0 + (j + 0.5) * 2.0 / strips;
+        const double length = 2.0 * sqrt(1.0 - y * y);
+        for (int i = 0; i < steps; i++) {
+            const double s = (i + 0.5) * length / steps;
+            const double under = s * (length - s);
+            const double bound = elliptic ? 1.5 / pi * sqrt(under) : 2.0 / pi * under;
+            sum += fmin(0.375 * x * s, bound) * length / steps * 2.0 / strips;
+        }
+    }
+    return sum;
+}
+
+static void fastsim_without_spin_is_that_of_a_fine_grid(void **state) {
+    (void)state;
+    for (int elliptic = 0; elliptic < 2; elliptic++) {
+        const enum kl_creep_law law = elliptic ? KL_CREEP_FASTSIM_ELLIPTIC : KL_CREEP_FASTSIM;
+        for (double x = 0.05; x < 8.0; x *= 1.25) {
+            struct kl_creep_contact c = typical(law);
+            const double limit = 0.3 * 60e3;
+            const double f11 = (double)c.row.f11_1 * pow(60e3, 2.0 / 3.0);
+            const double want = limit * fastsim_without_spin(x, elliptic);
+            c.creepage.gamma1 = ROUNDED(x * limit / f11);
+            const struct kl_creep_force f = kl_creep_force(law, NULL, &c);
+            assert_near((double)f.t1_N, -want, 0.01 * limit);
+        }
+    }
 }
 
 /* What the laws are worth: docs/creep_laws.md prints these figures. */
 static void errors_against_contact(void **state) {
     (void)state;
-    const double mean[] = {0.178, 0.134, 0.052, 0.055};
-    const double most[] = {1.07, 0.69, 0.23, 0.24};
+    const double mean[] = {0.178, 0.134, 0.048, 0.0545};
+    const double most[] = {1.07, 0.69, 0.215, 0.23};
     for (size_t i = 0; i < COUNT(laws); i++) {
         const struct creep_error e = against_points(laws[i], NULL);
         assert_int_equal(e.n, 800);
@@ -250,6 +292,7 @@ int main(void) {
         cmocka_unit_test(polach_as_printed),
         cmocka_unit_test(she_is_that_of_the_step),
         cmocka_unit_test(fastsim_agrees_with_that_of_contact),
+        cmocka_unit_test(fastsim_without_spin_is_that_of_a_fine_grid),
         cmocka_unit_test(errors_against_contact),
         cmocka_unit_test(slopes_at_zero),
         cmocka_unit_test(exact_symmetry),
