@@ -339,11 +339,15 @@ def difference(now: Result, then: Result) -> str:
     if first is not None:
         text.append(f"streams part before {first:g} s")
     seen = len(text)
+    largest: dict[str, tuple[float, str]] = {}  # of each unit
     for column in range(FIRST_NUMBER, len(then.columns)):
         most, a, b = max(((abs(a[column] - b[column]), a, b) for a, b in rows), key=lambda row: row[0],
                          default=(0.0, [], []))
-        if most > 0.0:
-            text.append(f"{then.columns[column]} by up to {most:.3g} ({b[column]:.6g} -> {a[column]:.6g} at {a[0]:g} s)")
+        name = then.columns[column]
+        if most > largest.get(name.rsplit("_", 1)[1], (0.0, ""))[0]:
+            largest[name.rsplit("_", 1)[1]] = (most, f"{name} by up to {most:.3g} ({b[column]:.6g} -> {a[column]:.6g} at "
+                                                     f"{a[0]:g} s)")
+    text += [words for _, words in largest.values()]
     if first is not None and len(text) == seen:
         text.append("by less than the trace shows")
     return "; ".join(text)
