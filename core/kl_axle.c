@@ -420,12 +420,16 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_a
     kl_both across;
     kl_both turn;
     kl_both drive;
+    /* where the flange has the rail give way, a tread that lands is stopped by it, but not thrown back
+     * aside: no more than twice a wheel's load pulls */
+    const kl_lane most = kl_lane_all(wheelset->static_load_N);
     find_moments(wheelset, axle, forces);
     KL_EACH_LANE(g) {
         const kl_lane t1 = KL_LANE(forces->t1, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        KL_LANE(across, g) = KL_LANE(forces->t2, g) * KL_LANE(forces->gain, g) +
-                             KL_LANE(forces->normal, g) * KL_LANE(forces->contacts.pulls, g);
+        KL_LANE(across, g) =
+            KL_LANE(forces->t2, g) * KL_LANE(forces->gain, g) +
+            kl_lane_min(KL_LANE(forces->normal, g), most) * KL_LANE(forces->contacts.pulls, g);
         KL_LANE(turn, g) = KL_LANE(forces->m3, g) * KL_LANE(axle->cos_delta, g) -
                            sign * (KL_LANE(axle->arm, g) * t1);
         KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1;
