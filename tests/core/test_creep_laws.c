@@ -160,10 +160,10 @@ static void she_is_that_of_the_step(void **state) {
 /*
  * CONTACT's own FASTSIM on 40 x 40 elements. Of those figures only part is FASTSIM: tractions at the
  * ends of the elements, by steps of first order, leave the limit of infinitely many elements 0.0055
- * mu N away on average and 0.0195 at most (elliptic bound 0.0093 and 0.0217: 0.8874 where it is
+ * mu N away on average and 0.0194 at most (elliptic bound 0.0093 and 0.0217: 0.8874 where it is
  * 0.8660). The same steps on the same elements, with the slip of spin taken a sixth of an element
  * ahead of the middle, give all 412 rows to 4e-6. The law lies between: it is within 0.0147 and
- * 0.0165 mu N of the limit.
+ * 0.0164 mu N of the limit.
  */
 static void fastsim_agrees_with_that_of_contact(void **state) {
     (void)state;
