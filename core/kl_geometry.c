@@ -2,93 +2,14 @@
  * every step. */
 #include "kl_geometry.h"
 
-#include "kl_contact.h"
 #include "kl_diag.h"
 #include "kl_flange.h"
 #include "kl_lookup.h"
 #include "kl_math.h"
-#include "kl_tangency.h"
+#include "kl_row.h"
 
 #define JUMP_THRESHOLD_M 5e-4
 #define JUMP_WIDTH_M 1e-6
-
-/* What the coefficients of a row depend on besides its curvatures. */
-struct kind {
-    struct kl_material material;
-    enum kl_creep_law law;
-    const struct kl_creep_table *table;
-};
-
-static struct kind kind_of(const struct kl_pair_def *def) {
-    const int saturates = def->law == KL_CREEP_LINEAR || def->law == KL_CREEP_SHE;
-    const struct kind kind = {def->material, saturates ? KL_CREEP_LINEAR : def->law,
-                              def->creep_table};
-    return kind;
-}
-
-static void set_contact_coefficients(struct kl_row *row, double a_1_m, double b_1_m,
-                                     const struct kind *kind) {
-    const struct kl_ellipse e =
-        kl_hertz(a_1_m, b_1_m, kind->material.shear_modulus_Pa, kind->material.poisson);
-    struct kl_creep_row creep = {.f11_1 = KL_R(0)};
-    (void)kl_creep_row_build(kind->law, kind->table, &e, &kind->material, &creep);
-    row->semi_a_1 = (kl_real)e.semi_a_1;
-    row->semi_b_1 = (kl_real)e.semi_b_1;
-    row->f11_1 = creep.f11_1;
-    row->f22_1 = creep.f22_1;
-    row->f23_1 = creep.f23_1;
-    row->f33_1 = creep.f33_1;
-    for (int i = 0; i < KL_CREEP_SHAPES; i++) {
-        row->shape[i] = kind->law == KL_CREEP_LINEAR ? KL_R(0) : creep.shape[i];
-    }
-}
-
-/* Where a contact is, and its heights. */
-struct place {
-    double eta_wheel_m;
-    double eta_rail_m;
-    double height_m;
-    double height_w;
-};
-
-static void set_row(const struct kl_tangency *t, const struct kind *kind, enum kl_side s,
-                    const struct place *at, struct kl_row *row) {
-    const struct kl_contact_side *side = &t->side[s];
-    const struct kl_profile_point pw = kl_profile_at(&side->wheel, at->eta_wheel_m);
-    const struct kl_profile_point pr = kl_profile_at(&side->rail, at->eta_rail_m);
-    const double cos_w = 1.0 / kl_sqrt(1.0 + pw.slope * pw.slope);
-    const double cos_r = 1.0 / kl_sqrt(1.0 + pr.slope * pr.slope);
-    const double radius = side->radius_m + pw.zeta_m;
-    const double curv_w = pw.second_1_m * cos_w * cos_w * cos_w;
-    const double curv_r = pr.second_1_m * cos_r * cos_r * cos_r;
-    row->height_m = (kl_real)at->height_m;
-    row->height_w = (kl_real)at->height_w;
-    row->arm_m = (kl_real)(side->spacing_m - at->eta_wheel_m);
-    row->radius_m = (kl_real)radius;
-    row->sin_delta = (kl_real)(pr.slope * cos_r);
-    row->cos_delta = (kl_real)cos_r;
-    row->eta_wheel_m = (kl_real)at->eta_wheel_m;
-    row->eta_rail_m = (kl_real)at->eta_rail_m;
-    row->delta_wheel_rad = (kl_real)kl_atan(pw.slope);
-    row->delta_rail_rad = (kl_real)kl_atan(pr.slope);
-    row->curv_wheel_1_m = (kl_real)curv_w;
-    row->curv_rail_1_m = (kl_real)curv_r;
-    /* half the relative curvatures; a conformal contact is limited by kl_hertz */
-    const double across = 0.5 * (curv_r - curv_w);
-    row->carried = KL_R(0);
-    row->plane = KL_R(0);
-    set_contact_coefficients(row, 0.5 * cos_w / radius, across > 1e-6 ? across : 1e-6, kind);
-}
-
-/* The row of one side for a solved posture. */
-static void fill_row(const struct kl_tangency *t, const struct kind *kind, enum kl_side s, double w,
-                     const struct kl_touch *touch, struct kl_row *row) {
-    const double phi_s = s == KL_RIGHT ? touch->phi_rad : -touch->phi_rad;
-    const double eta_w = touch->eta_wheel_m[s];
-    const struct place at = {eta_w, kl_tangency_rail_eta(t, s, w, phi_s, eta_w), touch->height_m[s],
-                             touch->height_w[s]};
-    set_row(t, kind, s, &at, row);
-}
 
 static enum kl_status check_table(const struct kl_pair_def *def, uint32_t *half,
                                   struct kl_diag *diag) {
@@ -142,17 +63,6 @@ static enum kl_status check_linear(const struct kl_pair_def *def, struct kl_diag
     return KL_OK;
 }
 
-static void linear_row(const struct kl_pair_def *def, double w, struct kl_row *row) {
-    const struct kl_row blank = {0};
-    *row = blank;
-    row->arm_m = (kl_real)def->half_base_m;
-    row->radius_m = (kl_real)(def->radius_m + def->conicity * w);
-    row->cos_delta = (kl_real)1;
-    row->curv_rail_1_m = (kl_real)def->curvature_1_m;
-    const struct kind kind = kind_of(def);
-    set_contact_coefficients(row, 0.5 / def->radius_m, 0.5 * def->curvature_1_m, &kind);
-}
-
 /* ---- table ---- */
 
 struct tables {
@@ -162,7 +72,7 @@ struct tables {
 
 static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl_tangency *t,
                                   const struct tables *tables, struct kl_diag *diag) {
-    const struct kind kind = kind_of(def);
+    const struct kl_row_kind kind = kl_row_kind_of(def);
     const uint32_t half = tables->half;
     const int32_t first = t->symmetric ? 0 : -(int32_t)half;
     struct kl_touch touch = {.phi_rad = 0.0};
@@ -174,8 +84,8 @@ static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl
             return status;
         }
         central_phi = i == 0 ? touch.phi_rad : central_phi;
-        fill_row(t, &kind, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
-        fill_row(t, &kind, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
+        kl_row_fill(t, &kind, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
+        kl_row_fill(t, &kind, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
         if (t->symmetric) { /* the mirrored posture, to the last bit */
             tables->rows[KL_RIGHT][(int32_t)half - i] = tables->rows[KL_LEFT][(int32_t)half - i];
             tables->rows[KL_LEFT][(int32_t)half + i] = tables->rows[KL_RIGHT][(int32_t)half + i];
@@ -188,8 +98,8 @@ static enum kl_status fill_tables(const struct kl_pair_def *def, const struct kl
         if (status != KL_OK) {
             return status;
         }
-        fill_row(t, &kind, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
-        fill_row(t, &kind, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
+        kl_row_fill(t, &kind, KL_RIGHT, u, &touch, &tables->rows[KL_RIGHT][(int32_t)half + i]);
+        kl_row_fill(t, &kind, KL_LEFT, -u, &touch, &tables->rows[KL_LEFT][(int32_t)half - i]);
     }
     if (t->symmetric) { /* u = 0: both sides are one row, exactly level */
         tables->rows[KL_RIGHT][half].height_m = KL_R(0);
@@ -264,27 +174,6 @@ static enum kl_status find_jumps(const struct kl_pair_def *def, const struct kl_
     return KL_OK;
 }
 
-/* Interpolation in a row pair: heights by the cubic that also meets the slopes, the rest linear. */
-static void read_row(const struct kl_pair *pair, const struct kl_side_table *table, kl_real w,
-                     struct kl_row *out) {
-    const kl_real from_start = w * pair->inv_step_1_m + (kl_real)pair->half;
-    const kl_real place = kl_clamp(from_start, KL_R(0), (kl_real)(2u * pair->half));
-    uint32_t i = (uint32_t)place;
-    i = i < 2u * pair->half ? i : 2u * pair->half - 1u;
-    const kl_real t = place - (kl_real)i;
-    /* a row is nothing but kl_real columns */
-    const kl_real *a = (const kl_real *)&table->rows[i];
-    const kl_real *b = (const kl_real *)&table->rows[i + 1u];
-    kl_real *o = (kl_real *)out;
-    for (size_t column = 0; column < sizeof(struct kl_row) / sizeof(kl_real); column++) {
-        o[column] = a[column] + t * (b[column] - a[column]);
-    }
-    const struct kl_hermite h =
-        kl_hermite(&table->rows[i], &table->rows[i + 1u], t, pair->step_m, pair->inv_step_1_m);
-    out->height_m = h.value;
-    out->height_w = h.slope;
-}
-
 /* ---- flange ---- */
 
 /* The flattest contact by which a flange still holds, as the tangent of its angle. */
@@ -322,8 +211,9 @@ static void no_flange(struct kl_flange_row rows[2]) {
 
 /* Fills rows from the lowest height to the last that holds; returns how many, 0 where the flange
  * meets nothing. `across_m` is the height of the opposite side, which stays on its tread. */
-static uint32_t fill_flange(const struct kl_tangency *t, const struct kind *kind, enum kl_side s,
-                            double step, double across_m, double *top, struct kl_flange_row *rows) {
+static uint32_t fill_flange(const struct kl_tangency *t, const struct kl_row_kind *kind,
+                            enum kl_side s, double step, double across_m, double *top,
+                            struct kl_flange_row *rows) {
     const double base = t->side[KL_RIGHT].half_base_m + t->side[KL_LEFT].half_base_m;
     const uint32_t tries = KL_FLANGE_MAX_ROWS;
     uint32_t n = 0;
@@ -340,10 +230,11 @@ static uint32_t fill_flange(const struct kl_tangency *t, const struct kind *kind
         if (!met) {
             continue;
         }
-        const struct place at = {contact.eta_wheel_m, contact.eta_rail_m, height, -contact.slope};
+        const struct kl_row_place at = {contact.eta_wheel_m, contact.eta_rail_m, height,
+                                        -contact.slope};
         *top = n == 0 ? height : *top;
         rows[n].place_m = (kl_real)contact.place_m;
-        set_row(t, kind, s, &at, &rows[n].contact);
+        kl_row_set(t, kind, s, &at, &rows[n].contact);
         rows[n].inv_sin = KL_R(1) / rows[n].contact.sin_delta;
         rows[n].inv_cos = KL_R(1) / rows[n].contact.cos_delta;
         n++;
@@ -380,7 +271,7 @@ static double height_across(const struct kl_tangency *t, const struct tables *ta
 static void build_flanges(const struct kl_pair_def *def, const struct kl_tangency *t,
                           const struct tables *tables, struct kl_flange_row *rows,
                           struct kl_pair *pair) {
-    const struct kind kind = kind_of(def);
+    const struct kl_row_kind kind = kl_row_kind_of(def);
     for (int s = 0; s < KL_SIDES; s++) {
         struct kl_flange_table *table = &pair->flange[s];
         if (s == KL_LEFT && t->symmetric) {
@@ -423,7 +314,7 @@ static double find_touch(const struct kl_pair *pair, enum kl_side s) {
     for (int i = 0; i < 40 && low < high; i++) {
         const double w = 0.5 * (low + high);
         struct kl_row tread;
-        read_row(pair, table, (kl_real)w, &tread);
+        kl_row_read(pair, table, (kl_real)w, &tread);
         if (overlap_at(flange, pair, w, (double)tread.height_m) > 0.0) {
             high = w;
         } else {
@@ -437,7 +328,7 @@ static double find_touch(const struct kl_pair *pair, enum kl_side s) {
 static void hold_tread(const struct kl_pair *pair, enum kl_side s, double touch,
                        struct kl_row *rows) {
     struct kl_row held;
-    read_row(pair, &pair->side[s], (kl_real)touch, &held);
+    kl_row_read(pair, &pair->side[s], (kl_real)touch, &held);
     held.height_w = KL_R(0);
     held.carried = KL_R(1);
     held.plane = held.sin_delta / held.cos_delta;
@@ -453,7 +344,7 @@ static void set_flange_jump(const struct kl_pair *pair, enum kl_side s, double t
                             struct kl_side_table *table) {
     struct kl_row tread;
     kl_real t;
-    read_row(pair, table, (kl_real)touch, &tread);
+    kl_row_read(pair, table, (kl_real)touch, &tread);
     const struct kl_flange_row *row =
         flange_row(&pair->flange[s], pair->inv_step_1_m, tread.height_m, &t);
     const kl_real eta =
@@ -559,7 +450,7 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
     pair->inv_step_1_m = (kl_real)(1.0 / def->step_m);
     pair->range_m = (kl_real)(def->step_m * (double)tables.half);
     pair->law = def->law;
-    pair->n_shapes = kind_of(def).law == KL_CREEP_LINEAR ? 0u : KL_CREEP_SHAPES;
+    pair->n_shapes = kl_row_kind_of(def).law == KL_CREEP_LINEAR ? 0u : KL_CREEP_SHAPES;
     const int stated = def->flange_stiffness_N_m > 0.0;
     pair->flange_stiffness_N_m =
         stated ? (kl_real)def->flange_stiffness_N_m : KL_R(KL_FLANGE_STIFFNESS_N_M);
@@ -585,7 +476,7 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
     }
     for (uint32_t i = 0; i <= 2u * tables.half; i++) {
         const double w = def->step_m * ((double)i - (double)tables.half);
-        linear_row(def, w, &tables.rows[KL_RIGHT][i]);
+        kl_row_linear(def, w, &tables.rows[KL_RIGHT][i]);
         tables.rows[KL_LEFT][i] = tables.rows[KL_RIGHT][i];
     }
     struct kl_flange_row *rows = kl_arena_take(arena, 2u, sizeof *rows);
@@ -632,11 +523,11 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
     *posture = blank;
     posture->u_y_m = u_y_m;
     if (def->kind == KL_PAIR_LINEAR) {
-        linear_row(def, u_y_m, &posture->row[KL_RIGHT]);
-        linear_row(def, -u_y_m, &posture->row[KL_LEFT]);
+        kl_row_linear(def, u_y_m, &posture->row[KL_RIGHT]);
+        kl_row_linear(def, -u_y_m, &posture->row[KL_LEFT]);
         return check_linear(def, diag);
     }
-    const struct kind kind = kind_of(def);
+    const struct kl_row_kind kind = kl_row_kind_of(def);
     const size_t mark = scratch->used;
     struct kl_tangency t;
     struct kl_touch touch = {.phi_rad = 0.0};
@@ -647,8 +538,8 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
     if (status == KL_OK) {
         const double l_r = t.side[KL_RIGHT].half_base_m;
         const double l_l = t.side[KL_LEFT].half_base_m;
-        fill_row(&t, &kind, KL_RIGHT, u_y_m, &touch, &posture->row[KL_RIGHT]);
-        fill_row(&t, &kind, KL_LEFT, -u_y_m, &touch, &posture->row[KL_LEFT]);
+        kl_row_fill(&t, &kind, KL_RIGHT, u_y_m, &touch, &posture->row[KL_RIGHT]);
+        kl_row_fill(&t, &kind, KL_LEFT, -u_y_m, &touch, &posture->row[KL_LEFT]);
         posture->phi_rad = touch.phi_rad;
         posture->phi_y_rad_m = touch.phi_y_rad_m;
         posture->u_z_m =
@@ -665,8 +556,8 @@ enum kl_status kl_pair_posture(const struct kl_pair *pair, double u_y_m,
     if (pair == NULL || posture == NULL || !(kl_abs(u_y_m) <= (double)pair->range_m)) {
         return KL_ERR_ARGUMENT;
     }
-    read_row(pair, &pair->side[KL_RIGHT], (kl_real)u_y_m, &posture->row[KL_RIGHT]);
-    read_row(pair, &pair->side[KL_LEFT], (kl_real)-u_y_m, &posture->row[KL_LEFT]);
+    kl_row_read(pair, &pair->side[KL_RIGHT], (kl_real)u_y_m, &posture->row[KL_RIGHT]);
+    kl_row_read(pair, &pair->side[KL_LEFT], (kl_real)-u_y_m, &posture->row[KL_LEFT]);
     const struct kl_row *r = &posture->row[KL_RIGHT];
     const struct kl_row *l = &posture->row[KL_LEFT];
     posture->u_y_m = u_y_m;
