@@ -6,8 +6,8 @@ usage: KLINGEL=build/klingel python3 tests/reference/models.py > tests/reference
 For every model the linear critical speed on straight track,
     klingel modes models/MODEL.yaml --critical 1:120
 and for every wheelset in a steady curve with 100 mm of cant that balance the centrifugal force
-    klingel curve models/MODEL.yaml --radius R --cant 100mm --cant-deficiency 0mm --csv
-its lateral displacement, angle of attack and track shifting force.
+    klingel curve models/MODEL.yaml --radius [1000,]R --cant 100mm --cant-deficiency 0mm --csv
+its lateral displacement, angle of attack and track shifting force. Curves below 1000 m are reached over one of 1000 m.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ def main() -> None:
     for model, radius in RADII.items():
         file = f"models/{model}.yaml"
         critical = re.search(r"^ +([\d.]+) m/s .*becomes unstable", output("modes", file, "--critical", "1:120"), re.M)
-        curve = output("curve", file, "--radius", radius, "--cant", "100mm", "--cant-deficiency", "0mm", "--csv")
-        for row in rows(curve):
+        start = "1000," if radius < 1000 else ""
+        curve = output("curve", file, f"--radius={start}{radius}", "--cant", "100mm", "--cant-deficiency", "0mm", "--csv")
+        for row in (r for r in rows(curve) if float(r["radius_m"]) == radius):
             print(f"{model},{critical.group(1)},{radius},{row['wheelset']},{float(row['y_m']):.6e},"
                   f"{float(row['attack_rad']):.5e},{float(row['sum_y_N']):.1f}")
 
