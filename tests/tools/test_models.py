@@ -14,7 +14,7 @@ import re
 import tempfile
 import unittest
 
-from cli import DEMO, LINEAR, klingel, output, reference, rows
+from cli import DEMO, LINEAR, ROOT, klingel, output, reference, rows
 
 COACH, TRAIN = "models/manchester_vehicle1.yaml", "models/ten_coaches.yaml"
 RADIAL = {"three_axle_linked": 60, "forced_steering": 60, "articulated_single_axle": 60}  # stable up to, m/s
@@ -151,6 +151,29 @@ class Coach(unittest.TestCase):
         self.assertEqual(len(tight), 16)
         for row in tight:
             self.assertLess(max(abs(float(row["lateral_N"])), abs(float(row["vertical_N"]))) / weight, 1e-6)
+
+    def test_described_in_another_way(self) -> None:
+        """Every spring in two halves, all x 5 m ahead: the same motion on straight track, to 1e-9 of its size."""
+        text = (ROOT / COACH).read_text().replace("profiles/", f"{ROOT}/models/profiles/")
+        head, elements = text.split("\nelements:\n")
+        halves = ""
+        for block in re.findall(r"  - name: .*\n(?:    .*\n)+", elements):
+            if "stop:" in block:
+                halves += block
+                continue
+            block = re.sub(r"(k_N_m|c_Ns_m|k_Nm_rad): \[(.*)\]", lambda m: m.group(1) + ": [" + ", ".join(
+                repr(float(v) / 2) for v in m.group(2).split(",")) + "]", block)
+            halves += block + block.replace("name: ", "name: half_")
+        moved = re.sub(r"x_m: ([-\d.]+)", lambda m: f"x_m: {float(m.group(1)) + 5!r}", f"{head}\nelements:\n{halves}")
+        with tempfile.TemporaryDirectory() as folder:
+            other = pathlib.Path(folder, "other.yaml")
+            other.write_text(moved)
+            common = ("--speed", 30, "--time", 4, "--initial", "w1.y=3mm", "--initial", "body.y=10mm", "--csv", "--every", 40)
+            one, two = (rows(output("run", model, *common)) for model in (COACH, other))
+        for column in (f"w{i}_{q}" for i in (1, 2, 3, 4) for q in ("y_m", "yaw_rad", "left_Q_N")):
+            size = max(abs(float(r[column])) for r in one)
+            for a, b in zip(one, two, strict=True):
+                self.assertLess(abs(float(a[column]) - float(b[column])), 1e-9 * size, (column, a["time_s"]))
 
     def test_left_curve_mirrors_right(self) -> None:
         for right, left in zip(curve(COACH, 500), curve(COACH, -500), strict=True):
