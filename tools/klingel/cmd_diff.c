@@ -29,11 +29,11 @@ struct both {
 
 /* ---- what can be said before ---- */
 
-static int check_shape(const struct both *p) {
+static int check_shape(struct both *p) {
     const struct kl_model *a = &p->a.m.model;
     const struct kl_model *b = &p->b.m.model;
     static struct state_signal other[STATE_MAX_SIGNALS];
-    const uint32_t n = state_signals(a, (struct state_signal *)(uintptr_t)p->signal);
+    const uint32_t n = state_signals(a, p->signal);
     if (state_signals(b, other) != n || a->step_ns != b->step_ns) {
         return cli_fail("%s and %s are of vehicles that cannot be compared: %" PRIu32
                         " and %" PRIu32 " states, steps of %" PRId64 " and %" PRId64 " ns",

@@ -233,6 +233,6 @@ struct cli_option record_every_option(uint64_t *value) {
         .value = value,
         .low = 1,
         .high = 1e9,
-        .help = "keep the state of every Nth step as well, so that a replay can say where it\n"
-                "parts; default 1000"};
+        .help = "keep the state of every Nth step as well, so that a replay can\n"
+                "say where it parts; default 1000"};
 }
