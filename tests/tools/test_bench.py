@@ -456,6 +456,7 @@ class TestTable(unittest.TestCase):
         """A pseudo-terminal of 12 lines: every drawing fits, goes back up as far as it went down, and is cut."""
         import fcntl
         import pty
+        import select
         import struct
         import termios
 
@@ -467,7 +468,9 @@ class TestTable(unittest.TestCase):
             live = table.LiveTable(stream, "title", 0.1)
             live.draw(monitor, 1.0)
             live.draw(monitor, 2.0)
-            text = os.read(master, 65536).decode()
+            text = ""
+            while select.select([master], [], [], 0.2)[0]:  # it comes in pieces
+                text += os.read(master, 65536).decode()
         os.close(master)
         up = [int(number) for number in re.findall(r"\x1b\[(\d+)A", text)]
         self.assertEqual(up, [text.count("\n") // 2])

@@ -333,7 +333,7 @@ static int is_track(const char *path) {
     FILE *file = fopen(path, "r");
     assert_non_null(file);
     while (fgets(line, sizeof line, file) != NULL) {
-        wheelsets |= strncmp(line, "wheelsets:", 10) == 0;
+        wheelsets |= strncmp(line, "wheelsets:", 10) == 0 || strncmp(line, "vehicles:", 9) == 0;
     }
     fclose(file);
     return !wheelsets;
