@@ -18,6 +18,7 @@
 
 #include "kl_creep.h"
 #include "kl_lanes.h"
+#include "kl_saturate.h"
 #include "kl_step.h"
 
 /* The rows of either side's table around its place: the row below, the row above and how far on. */
@@ -207,10 +208,7 @@ struct kl_axle_forces {
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
                      kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
 
-/* Whether a law is a saturation of the linear forces, or needs kl_axle_law. */
-static inline int kl_saturates(enum kl_creep_law law) {
-    return law == KL_CREEP_LINEAR || law == KL_CREEP_SHE;
-}
+/* The forces of a law that kl_saturates does not know. */
 void kl_axle_law(const struct kl_wheelset *restrict wheelset,
                  const struct kl_axle_forces *restrict forces,
                  const struct kl_law_contact *restrict contact,

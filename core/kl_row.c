@@ -4,11 +4,11 @@
 #include "kl_contact.h"
 #include "kl_lookup.h"
 #include "kl_math.h"
+#include "kl_saturate.h"
 
 struct kl_row_kind kl_row_kind_of(const struct kl_pair_def *def) {
-    const int saturates = def->law == KL_CREEP_LINEAR || def->law == KL_CREEP_SHE;
-    const struct kl_row_kind kind = {def->material, saturates ? KL_CREEP_LINEAR : def->law,
-                                     def->creep_table};
+    const struct kl_row_kind kind = {
+        def->material, kl_saturates(def->law) ? KL_CREEP_LINEAR : def->law, def->creep_table};
     return kind;
 }
 

@@ -5,6 +5,11 @@
 #include "kl_contact.h"
 #include "kl_math.h"
 
+/* Whether a law is a saturation of the linear forces, or has more to do. */
+static inline int kl_saturates(enum kl_creep_law law) {
+    return law == KL_CREEP_LINEAR || law == KL_CREEP_SHE;
+}
+
 /* What is added to the limit of a law that knows none. */
 static inline kl_real kl_no_limit(enum kl_creep_law law) {
     return law == KL_CREEP_LINEAR ? KL_R(1e30) : KL_R(0);

@@ -3,6 +3,7 @@
 
 #include "kl_diag.h"
 #include "kl_math.h"
+#include "kl_saturate.h"
 #include "kl_step.h"
 #include "kl_suspension.h"
 
@@ -48,7 +49,7 @@ static enum kl_status check_creep(const struct kl_creep_def *c, int32_t i, struc
         }
         return status;
     }
-    if (c->f11_N > KL_R(0) && c->law != KL_CREEP_LINEAR && c->law != KL_CREEP_SHE) {
+    if (c->f11_N > KL_R(0) && !kl_saturates(c->law)) {
         return kl_report(diag, KL_ERR_VALUE,
                          "creep: f11..f33 go with the laws linear and she alone", i,
                          (double)c->f11_N);

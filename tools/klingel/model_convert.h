@@ -47,6 +47,16 @@ void model_append(char *text, size_t size, const char *name);
 void model_pairs_convert(struct model_parts *parts, const struct raw_vehicle *raw,
                          struct kl_pair_def *pairs);
 
+/* What the files of a vehicle and of a train have in common: checked and taken over. */
+struct model_head {
+    const char *name; /* KL_NAME_SIZE */
+    int64_t step_ns;
+    double gravity_m_s2;
+    double acceleration_limit_m_s2;
+};
+void model_head_convert(struct model_parts *parts, const struct model_head *raw,
+                        struct kl_vehicle_def *def);
+
 /* Checks of single numbers: print and return false where they fail. */
 bool model_positive(struct model_parts *parts, double value, const char *key_format, ...)
     __attribute__((format(printf, 3, 4)));

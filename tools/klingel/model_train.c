@@ -295,16 +295,9 @@ int model_train_convert(struct model_parts *parts, struct kl_vehicle_def *def) {
         return -1;
     }
     memset(def, 0, sizeof *def);
-    model_check_title(parts, raw->name);
-    model_check(parts, raw->step_ns >= 10000 && raw->step_ns <= 10000000,
-                "must be 10000 to 10000000 (10 us to 10 ms)", "step_ns");
-    model_check(parts, raw->gravity_m_s2 >= 0.0 && raw->gravity_m_s2 <= 20.0, "must be 0 to 20",
-                "gravity_m_s2");
-    model_positive(parts, raw->acceleration_limit_m_s2, "acceleration_limit_m_s2");
-    memcpy(def->name, raw->name, sizeof def->name);
-    def->step_ns = raw->step_ns;
-    def->gravity_m_s2 = raw->gravity_m_s2;
-    def->acceleration_limit_m_s2 = raw->acceleration_limit_m_s2;
+    const struct model_head head = {raw->name, raw->step_ns, raw->gravity_m_s2,
+                                    raw->acceleration_limit_m_s2};
+    model_head_convert(parts, &head, def);
     convert(parts, raw, def);
     model_source_unload(&raw_train_schema, raw);
     return parts->n_errors == 0 ? 0 : -1;

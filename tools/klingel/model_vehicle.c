@@ -176,8 +176,8 @@ static void check_names(struct model_parts *parts, const struct raw_vehicle *raw
     }
 }
 
-static void scalars(struct model_parts *parts, const struct raw_vehicle *raw,
-                    struct kl_vehicle_def *def) {
+void model_head_convert(struct model_parts *parts, const struct model_head *raw,
+                        struct kl_vehicle_def *def) {
     model_check_title(parts, raw->name);
     model_check(parts, raw->step_ns >= 10000 && raw->step_ns <= 10000000,
                 "must be 10000 to 10000000 (10 us to 10 ms)", "step_ns");
@@ -230,7 +230,9 @@ static void convert(struct model_parts *parts, const struct raw_vehicle *raw,
     if (bodies == NULL || wheelsets == NULL || pairs == NULL) {
         return;
     }
-    scalars(parts, raw, def);
+    const struct model_head head = {raw->name, raw->step_ns, raw->gravity_m_s2,
+                                    raw->acceleration_limit_m_s2};
+    model_head_convert(parts, &head, def);
     check_names(parts, raw);
     for (uint32_t i = 0; i < raw->n_bodies; i++) {
         body(parts, &raw->bodies[i], i, &bodies[i]);
