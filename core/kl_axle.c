@@ -1,286 +1,191 @@
-/* kl_axle.c - the wheelset within a step. */
+/* kl_axle.c - forces and accelerations of a wheelset within a step, and its outputs. */
 #include "kl_axle.h"
 
-#include "kl_lookup.h"
 #include "kl_math.h"
 #include "kl_saturate.h"
 
-/* One side's row below a place in the table, which stays inside it. */
-struct cell {
-    const struct kl_row *row;
-    kl_real t;
-};
-
-static struct cell cell_at(const struct kl_pair *pair, const struct kl_side_table *table,
-                           kl_real place) {
-    const uint32_t i = (uint32_t)place;
-    const uint32_t last = 2u * pair->half - 1u;
-    const uint32_t row = i < last ? i : last;
-    const struct cell cell = {&table->rows[row], place - (kl_real)row};
-    return cell;
-}
-
-static void find_cells(const struct kl_pair *restrict pair, const kl_both *w,
-                       struct kl_cells *cells) {
-    const kl_lane middle = kl_lane_all((kl_real)pair->half);
-    kl_both place;
-    KL_EACH_LANE(g) {
-        const kl_lane from_start = KL_LANE(*w, g) * pair->inv_step_1_m + middle;
-        KL_LANE(place, g) =
-            kl_lane_min(kl_lane_max(from_start, kl_lane_all(KL_R(0))), middle + middle);
-    }
-    const struct cell right = cell_at(pair, &pair->side[KL_RIGHT], place[KL_RIGHT]);
-    const struct cell left = cell_at(pair, &pair->side[KL_LEFT], place[KL_LEFT]);
-    cells->below[KL_RIGHT] = right.row;
-    cells->below[KL_LEFT] = left.row;
-    KL_EACH_LANE(g) {
-        KL_LANE(cells->t, g) = kl_lane_of(right.t, left.t, g);
-    }
-}
-
-/* A column of both sides' rows: below (0), above (1). */
-#define BELOW(cells, field, g)                                                                     \
-    kl_lane_of((cells)->below[KL_RIGHT]->field, (cells)->below[KL_LEFT]->field, g)
-#define ABOVE(cells, field, g)                                                                     \
-    kl_lane_of((cells)->below[KL_RIGHT][1].field, (cells)->below[KL_LEFT][1].field, g)
-
-#define ROW_REALS (sizeof(struct kl_row) / sizeof(kl_real))
-
-/* Two neighbouring columns, the first of them `field`, linear in between. */
-#define COLUMNS(cells, field, first, second)                                                       \
-    kl_lane_columns(&(cells)->below[KL_RIGHT]->field, &(cells)->below[KL_LEFT]->field, ROW_REALS,  \
-                    (cells)->t[KL_RIGHT], (cells)->t[KL_LEFT], first, second)
-
-/* Height of either side's table at its place, and its first two time derivatives, of the second
- * what does not depend on y''. */
-struct ride {
-    kl_both height;
-    kl_both slope; /* dH/dw */
-    kl_both rate;
-    kl_both rest;
-};
-
-/* Displacement outboard of one side, as ride. */
-struct outboard {
-    kl_both w;
-    kl_both rate;
-    kl_both rest;
-};
-
-/*
- * What the bend of a wheel's path, H'' w'^2, adds to its vertical acceleration. A contact jumps within
- * less than a step, and the bend just where the step ends is then a lottery: a blow of many times
- * the right size, or none. So it is kept near the mean over the step, which the slopes at both its
- * ends give; then the change of velocity is right whatever lies between. Where the path is smooth
- * the two agree, and it is the bend itself.
- */
-#define BEND_ABOUT_M_S2 10.0
-static inline kl_lane bend(const struct kl_axle *axle, kl_lane slope, kl_lane second, kl_lane rate,
-                           int g) {
-    const int steps = axle->inv_step > KL_R(0);
-    const kl_lane about = kl_lane_all(steps ? KL_R(BEND_ABOUT_M_S2) : KL_R(1e30));
-    const kl_lane mean = (slope - KL_LANE(axle->slope_before, g)) * (rate * axle->inv_step);
-    const kl_lane here = second * (rate * rate);
-    (void)g;
-    return kl_lane_min(kl_lane_max(here, mean - about), mean + about);
-}
-
-static void read_tables(const struct kl_pair *restrict pair, const struct outboard *restrict out,
-                        struct kl_axle *restrict axle, struct ride *restrict ride) {
-    struct kl_cells *cells = &axle->cells;
-    find_cells(pair, &out->w, cells);
-    COLUMNS(cells, arm_m, &axle->arm, &axle->radius);
-    COLUMNS(cells, f11_1, &axle->f11, &axle->f22);
-    COLUMNS(cells, f23_1, &axle->f23, &axle->f33);
-    COLUMNS(cells, carried, &axle->carried, &axle->extra);
-    if (pair->n_shapes != 0) {
-        COLUMNS(cells, shape[0], &axle->shape[0], &axle->shape[1]);
-        COLUMNS(cells, shape[2], &axle->shape[2], &axle->shape[3]);
-        COLUMNS(cells, shape[4], &axle->shape[4], &axle->shape[5]);
-    }
-    KL_EACH_LANE(g) {
-        const struct kl_lane_hermite h = kl_lane_hermite(
-            BELOW(cells, height_m, g), BELOW(cells, height_w, g), ABOVE(cells, height_m, g),
-            ABOVE(cells, height_w, g), KL_LANE(cells->t, g), pair->step_m, pair->inv_step_1_m);
-        const kl_lane rate = KL_LANE(out->rate, g);
-        KL_LANE(ride->height, g) = h.value;
-        KL_LANE(ride->slope, g) = h.slope;
-        KL_LANE(ride->rate, g) = h.slope * rate;
-        KL_LANE(ride->rest, g) =
-            bend(axle, h.slope, h.second, rate, g) + h.slope * KL_LANE(out->rest, g);
-        KL_LANE(axle->slope, g) = h.slope;
-    }
-}
-
-/*
- * The contact plane, from how the constraint moves the wheelset: z_y + s arm phi_y = -s tan(delta)
- * (1 - r phi_y). Between rows, above all in the one in which a contact jumps, angles interpolated
- * by themselves would contradict the heights, and the wheels' forces the motion. A contact that is
- * carried along by the rail has the angle of its row; in the row in which that begins, the path's as
- * far as it is carried.
- */
-static inline void find_contact_planes(struct kl_axle *axle) {
-    KL_EACH_LANE(g) {
-        const kl_lane s_z_y = kl_lane_of(axle->z_y, -axle->z_y, g);
-        const kl_lane held = KL_R(1) - KL_LANE(axle->radius, g) * axle->phi_y;
-        const kl_lane path = -(s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / held;
-        const kl_lane extra = kl_lane_max(
-            KL_LANE(axle->extra, g) - KL_LANE(axle->carried, g) * path, kl_lane_all(KL_R(0)));
-        const kl_lane tangent = path + extra;
-        KL_LANE(axle->extra, g) = extra;
-        const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
-        const kl_lane cos_delta = KL_R(1) / inv_cos;
-        KL_LANE(axle->inv_cos, g) = inv_cos;
-        KL_LANE(axle->cos_delta, g) = cos_delta;
-        KL_LANE(axle->sin_delta, g) = tangent * cos_delta;
-    }
-}
-
-/*
- * Displacement relative to the rails: u = y - y0 - r0 phi_x (the cross-level phi_x turns the
- * wheelset about the rails), seen outboard from either side less half the gauge's change.
- */
-void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
-                     kl_real speed_rate_m_s2, struct kl_axle *restrict axle) {
-    const struct kl_track_point *track = &axle->track;
-    const kl_real v = speed_m_s;
-    const kl_real v2 = v * v;
-    const kl_real r0 = pair->radius_m;
-
-    /* d2/dt2 of anything that runs along the track: V^2 f'' + V' f' */
-    const kl_real cant_rest = v2 * track->cant_ss_1_m2 + speed_rate_m_s2 * track->cant_s_1_m;
-    const kl_real place0 = track->value.lateral_m + r0 * track->value.cross_rad;
-    const kl_real place1 = track->slope.lateral_m + r0 * track->slope.cross_rad;
-    const kl_real place2 = track->second.lateral_m + r0 * track->second.cross_rad;
-    const kl_real whole = axle->x[KL_WS_Y] - place0;
-    const kl_real whole_rate = axle->rate[KL_WS_Y] - v * place1;
-    const kl_real u_rest = -(r0 * cant_rest + (v2 * place2 + speed_rate_m_s2 * place1));
-    const kl_real gauge = KL_R(0.5) * track->value.gauge_m;
-    const kl_real gauge_rate = KL_R(0.5) * (v * track->slope.gauge_m);
-    const kl_real gauge_rest =
-        KL_R(0.5) * (v2 * track->second.gauge_m + speed_rate_m_s2 * track->slope.gauge_m);
-    /* a wheel off its rail rolls the axle, and that carries the other tread aside */
-    const kl_real lever = r0 * pair->inv_base_1_m;
-    const kl_real u = whole + lever * (axle->rise[KL_RIGHT] - axle->rise[KL_LEFT]);
-    const kl_real u_rate =
-        whole_rate + lever * (axle->rise_rate[KL_RIGHT] - axle->rise_rate[KL_LEFT]);
-    KL_EACH_LANE(g) {
-        KL_LANE(axle->outboard, g) = kl_lane_of(whole - gauge, -whole - gauge, g);
-        KL_LANE(axle->outboard_rate, g) =
-            kl_lane_of(whole_rate - gauge_rate, -whole_rate - gauge_rate, g);
-    }
-    const struct outboard out = {{u - gauge, -u - gauge},
-                                 {u_rate - gauge_rate, -u_rate - gauge_rate},
-                                 {u_rest - gauge_rest, -u_rest - gauge_rest}};
-    struct ride ride;
-    read_tables(pair, &out, axle, &ride);
-    KL_EACH_LANE(g) {
-        KL_LANE(axle->height, g) = KL_LANE(ride.height, g) - KL_LANE(axle->rise, g);
-        KL_LANE(axle->height_rate, g) = KL_LANE(ride.rate, g) - KL_LANE(axle->rise_rate, g);
-    }
-    /* the larger |w| of both sides; the comparison is also false for a NaN */
-    const int on_table = kl_abs_real(whole) + kl_abs_real(gauge) <= pair->range_m;
-    axle->faults = on_table ? 0u : (uint32_t)KL_FAULT_DERAILED;
-
-    const kl_real inv_base = pair->inv_base_1_m;
-    const kl_real q_r = pair->share[KL_RIGHT];
-    const kl_real q_l = pair->share[KL_LEFT];
-    axle->z_y = q_r * ride.slope[KL_RIGHT] - q_l * ride.slope[KL_LEFT];
-    axle->phi_y = KL_SUM(ride.slope) * inv_base;
-    find_contact_planes(axle);
-    axle->z =
-        (q_r * axle->height[KL_RIGHT] + q_l * axle->height[KL_LEFT]) + track->value.vertical_m;
-    axle->z_rate = (q_r * axle->height_rate[KL_RIGHT] + q_l * axle->height_rate[KL_LEFT]) +
-                   v * track->slope.vertical_m;
-    axle->z_rest = (q_r * ride.rest[KL_RIGHT] + q_l * ride.rest[KL_LEFT]) +
-                   (v2 * track->second.vertical_m + speed_rate_m_s2 * track->slope.vertical_m);
-    axle->roll =
-        (axle->height[KL_RIGHT] - axle->height[KL_LEFT]) * inv_base + track->value.cross_rad;
-    axle->roll_rate = (axle->height_rate[KL_RIGHT] - axle->height_rate[KL_LEFT]) * inv_base +
-                      v * track->slope.cross_rad;
-    axle->roll_rest =
-        (ride.rest[KL_RIGHT] - ride.rest[KL_LEFT]) * inv_base +
-        ((v2 * track->second.cross_rad + speed_rate_m_s2 * track->slope.cross_rad) + cant_rest);
-}
-
 /* ---- forces ---- */
 
-static void find_creepages(const struct kl_wheelset *restrict wheelset,
-                           const struct kl_axle *restrict axle,
-                           struct kl_axle_forces *restrict forces) {
-    struct kl_contacts *contacts = &forces->contacts;
-    const struct kl_creep_def *law = &wheelset->creep;
-    const int constant = law->f11_N > KL_R(0);
+static void find_creep(const struct kl_wheelset *restrict wheelset,
+                       const struct kl_axle *restrict axle,
+                       struct kl_axle_forces *restrict forces) {
+    struct kl_contact_forces *tread = &forces->tread;
     const kl_real v = forces->speed_m_s;
     const kl_real by = forces->inv_creep_speed_s_m;
     const kl_lane speed = kl_lane_all(v);
     const kl_lane across_0 = kl_lane_all(axle->rate[KL_WS_Y] - v * axle->x[KL_WS_YAW]);
-    contacts->constant = constant;
-    contacts->limit_more = kl_no_limit(law->law);
     KL_EACH_LANE(g) {
-        const kl_lane turn = kl_lane_of(axle->x[KL_WS_YAW_RATE], -axle->x[KL_WS_YAW_RATE], g);
-        const kl_lane spin = kl_lane_of(axle->x[KL_WS_SPIN], -axle->x[KL_WS_SPIN], g);
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane turn = sign * axle->x[KL_WS_YAW_RATE];
+        const kl_lane spin = sign * axle->x[KL_WS_SPIN];
         const kl_lane r = KL_LANE(axle->radius, g);
         const kl_lane along = (speed - r * axle->x[KL_WS_SPIN]) - KL_LANE(axle->arm, g) * turn;
-        const kl_lane with_rail = kl_lane_of(KL_R(1), KL_R(-1), g) *
-                                  (KL_LANE(axle->carried, g) * KL_LANE(axle->flange.rate, g));
-        const kl_lane across = (across_0 - r * axle->roll_rate) - with_rail;
+        const kl_lane across =
+            (across_0 - r * axle->roll_rate) - sign * KL_LANE(axle->rail.rate, g);
         const kl_lane about = KL_LANE(axle->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
                               KL_LANE(axle->sin_delta, g) * spin;
-        const kl_lane gamma1 = along * by;
-        const kl_lane gamma2 = across * by * KL_LANE(axle->inv_cos, g);
-        const kl_lane omega3 = about * by;
-        const kl_lane f11 = constant ? kl_lane_all(law->f11_N) : KL_LANE(axle->f11, g);
-        const kl_lane f22 = constant ? kl_lane_all(law->f22_N) : KL_LANE(axle->f22, g);
-        const kl_lane f23 = constant ? kl_lane_all(law->f23_Nm) : KL_LANE(axle->f23, g);
-        const kl_lane slope = KL_LANE(forces->slope, g);
-        KL_LANE(forces->creepages.gamma1, g) = gamma1;
-        KL_LANE(forces->creepages.gamma2, g) = gamma2;
-        KL_LANE(forces->creepages.omega3, g) = omega3;
-        KL_LANE(contacts->linear1, g) = -(slope * f11 * gamma1);
-        KL_LANE(contacts->linear2, g) = -(slope * f22 * gamma2);
-        KL_LANE(contacts->linear3, g) = -(slope * f23 * omega3);
+        KL_LANE(tread->creepages.gamma1, g) = along * by;
+        KL_LANE(tread->creepages.gamma2, g) = across * by * KL_LANE(axle->inv_cos, g);
+        KL_LANE(tread->creepages.omega3, g) = about * by;
+        KL_LANE(tread->used, g) = kl_lane_max(KL_LANE(axle->expected, g), kl_lane_all(KL_R(1)));
     }
-    kl_axle_friction(wheelset, forces, &forces->creepages, &forces->mu);
+    kl_axle_creep(wheelset, &axle->creep, wheelset->creep.f11_N > KL_R(0), forces, tread);
+    kl_axle_flange_creep(wheelset, axle, forces);
 }
 
 /*
- * Vertical and roll equilibrium: N_r c_r + N_l c_l = P, N_r A_r - N_l A_l = R with A = arm cos - r
- * sin. P and R hold T2 and the inertia of y'', and y'' holds T2: see kl_axle_lift_solve.
+ * A contact that bears on its rail: what a newton of its normal force, with the creep that goes with
+ * it, does.
+ */
+struct bearing {
+    kl_both aside; /* to the rail, outboard */
+    kl_both lift;  /* to the wheel, upwards */
+    kl_both roll;  /* about the middle of the axle, upwards on this side */
+};
+
+/* Friction does not quite hold a wheel on a slope for ever: a newton lifts, and a flange's presses
+ * aside, by at least this. */
+#define LEAST_BEARING 0.1
+
+static inline void bear(const struct kl_contact_forces *contact, kl_real limited,
+                        const kl_both *sin_delta, const kl_both *cos_delta, const kl_both *arm,
+                        const kl_both *radius, const kl_both *normal_roll, struct bearing *b) {
+    KL_EACH_LANE(g) {
+        const kl_lane most = kl_lane_all(KL_R(1));
+        const kl_lane s = KL_LANE(*sin_delta, g);
+        const kl_lane c = KL_LANE(*cos_delta, g);
+        const kl_lane ratio = KL_LANE(contact->t2, g) / KL_LANE(contact->used, g);
+        const kl_lane t2 = limited * kl_lane_max(kl_lane_min(ratio, most), -most);
+        const kl_lane inboard = kl_lane_of(KL_R(1), KL_R(-1), g) * t2;
+        KL_LANE(b->aside, g) = s - inboard * c;
+        KL_LANE(b->lift, g) = c + inboard * s;
+        KL_LANE(b->roll, g) =
+            KL_LANE(*normal_roll, g) + inboard * (KL_LANE(*arm, g) * s + KL_LANE(*radius, g) * c);
+    }
+}
+
+/* Both contacts'. A flange carries when its wheel rises, and the axle is rolled: its arms turn. */
+static inline void bear_both(const struct kl_wheelset *restrict wheelset,
+                             const struct kl_axle *restrict axle,
+                             const struct kl_axle_forces *restrict forces, struct bearing *tread,
+                             struct bearing *flange) {
+    const struct kl_flange *f = &axle->flange;
+    const kl_real turn = axle->roll - axle->track.value.cross_rad;
+    kl_both roll;
+    kl_both flange_roll;
+    KL_EACH_LANE(g) {
+        const kl_lane down = kl_lane_of(turn, -turn, g);
+        const kl_lane arm = KL_LANE(f->arm, g);
+        const kl_lane radius = KL_LANE(f->radius, g);
+        KL_LANE(roll, g) = KL_LANE(axle->arm, g) * KL_LANE(axle->cos_delta, g) -
+                           KL_LANE(axle->radius, g) * KL_LANE(axle->sin_delta, g);
+        KL_LANE(flange_roll, g) = (arm - radius * down) * KL_LANE(f->cos_delta, g) -
+                                  (radius + arm * down) * KL_LANE(f->sin_delta, g);
+    }
+    bear(&forces->tread, kl_axle_is_limited(wheelset) ? KL_R(1) : KL_R(0), &axle->sin_delta,
+         &axle->cos_delta, &axle->arm, &axle->radius, &roll, tread);
+    bear(&forces->flange, KL_R(1), &f->sin_delta, &f->cos_delta, &f->arm, &f->radius, &flange_roll,
+         flange);
+}
+
+/* Creep that does not follow the normal force is a load like others. */
+static void load_creep(const struct kl_axle *restrict axle,
+                       struct kl_axle_forces *restrict forces) {
+    struct kl_contact_forces *tread = &forces->tread;
+    kl_both aside;
+    kl_both down;
+    kl_both roll;
+    KL_EACH_LANE(g) {
+        const kl_lane on = kl_lane_all(KL_R(1)) - KL_LANE(axle->up, g);
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane t2 = on * KL_LANE(tread->t2, g);
+        const kl_lane s = KL_LANE(axle->sin_delta, g);
+        const kl_lane c = KL_LANE(axle->cos_delta, g);
+        KL_LANE(tread->t1, g) *= on;
+        KL_LANE(tread->t2, g) = t2;
+        KL_LANE(tread->m3, g) *= on;
+        KL_LANE(aside, g) = t2 * c;
+        KL_LANE(down, g) = -(sign * (t2 * s));
+        KL_LANE(roll, g) =
+            -(KL_LANE(axle->arm, g) * (t2 * s) + KL_LANE(axle->radius, g) * (t2 * c));
+    }
+    forces->load.lateral += KL_SUM(aside);
+    forces->load.down += KL_SUM(down);
+    forces->load.roll += KL_SUM(roll);
+}
+
+/*
+ * What the flange bears without the tread, as a load: with both the rail is pressed aside by k q + c
+ * q' and what presses it at rest. A newton on the tread then relieves the flange of what it presses
+ * itself, and both together do not press aside. `tread` becomes that sum.
+ */
+static void share_with_flange(const struct kl_wheelset *restrict wheelset,
+                              const struct kl_pair *restrict pair,
+                              const struct kl_axle *restrict axle, const struct bearing *flange,
+                              struct bearing *tread, struct kl_axle_forces *restrict forces) {
+    struct kl_contacts *contacts = &forces->contacts;
+    const kl_real rest = KL_R(0.5) * wheelset->static_load_N;
+    const int explicit = !kl_axle_is_limited(wheelset);
+    const kl_lane least = kl_lane_all(KL_R(LEAST_BEARING));
+    kl_both aside;
+    kl_both up;
+    kl_both roll;
+    KL_EACH_LANE(g) {
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane held = KL_LANE(axle->rail.held, g);
+        const kl_lane press = (pair->flange_stiffness_N_m * KL_LANE(axle->rail.q, g) +
+                               pair->flange_damping_Ns_m * KL_LANE(axle->rail.rate, g)) +
+                              rest * kl_lane_load(pair->central_tan, g);
+        const kl_lane creep =
+            explicit ? sign * (KL_LANE(forces->tread.t2, g) * KL_LANE(axle->cos_delta, g))
+                     : kl_lane_all(KL_R(0));
+        const kl_lane by_normal = held / kl_lane_max(KL_LANE(flange->aside, g), least);
+        const kl_lane all = by_normal * (press + creep);
+        const kl_lane shed = by_normal * KL_LANE(tread->aside, g);
+        KL_LANE(contacts->flange_all, g) = all;
+        KL_LANE(contacts->press, g) = KL_LANE(tread->aside, g);
+        KL_LANE(contacts->shed, g) = shed;
+        KL_LANE(aside, g) = sign * (held * (press + creep));
+        KL_LANE(up, g) = all * KL_LANE(flange->lift, g);
+        KL_LANE(roll, g) = sign * (all * KL_LANE(flange->roll, g));
+        KL_LANE(tread->aside, g) -= held * KL_LANE(tread->aside, g);
+        KL_LANE(tread->lift, g) =
+            kl_lane_max(KL_LANE(tread->lift, g) - shed * KL_LANE(flange->lift, g), least);
+        KL_LANE(tread->roll, g) -= shed * KL_LANE(flange->roll, g);
+    }
+    forces->load.lateral -= KL_SUM(aside);
+    forces->load.down -= KL_SUM(up);
+    forces->load.roll -= KL_SUM(roll);
+}
+
+/*
+ * Vertical and roll equilibrium: N_r lift_r + N_l lift_l = P, N_r roll_r - N_l roll_l = R. P and R
+ * hold the inertia of y'', and y'' what N does along the path.
  */
 static void prepare_normals(const struct kl_wheelset *restrict wheelset,
-                            const struct kl_axle *restrict axle,
+                            const struct kl_axle *restrict axle, const struct bearing *tread,
                             struct kl_axle_forces *restrict forces) {
     struct kl_contacts *contacts = &forces->contacts;
     const kl_real z_part = (wheelset->mass_kg * axle->z_y) * forces->inv_mass_1_kg;
     const kl_real roll_part = (wheelset->inertia_roll_kgm2 * axle->phi_y) * forces->inv_mass_1_kg;
+    const kl_real inv = KL_R(1) / (tread->roll[KL_RIGHT] * tread->lift[KL_LEFT] +
+                                   tread->roll[KL_LEFT] * tread->lift[KL_RIGHT]);
+    kl_both pulled;
     contacts->z_part = z_part;
     contacts->roll_part = roll_part;
-    kl_both lever; /* A */
     KL_EACH_LANE(g) {
-        const kl_lane r = KL_LANE(axle->radius, g);
-        const kl_lane arm = KL_LANE(axle->arm, g);
-        const kl_lane s = KL_LANE(axle->sin_delta, g);
-        const kl_lane c = KL_LANE(axle->cos_delta, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        const kl_lane held = KL_R(1) - r * axle->phi_y;
-        const kl_lane extra = KL_LANE(axle->extra, g);
-        KL_LANE(forces->gain, g) = held * (KL_LANE(axle->inv_cos, g) - s * extra);
-        KL_LANE(contacts->pulls, g) = -(sign * held * (c * extra));
-        KL_LANE(contacts->turns, g) = arm * s + r * c;
-        KL_LANE(lever, g) = arm * c - r * s;
-    }
-    const kl_real inv = KL_R(1) / (lever[KL_RIGHT] * axle->cos_delta[KL_LEFT] +
-                                   lever[KL_LEFT] * axle->cos_delta[KL_RIGHT]);
-    kl_both pulled;
-    KL_EACH_LANE(g) {
-        const kl_lane by_down = KL_OTHER(lever, g) * inv;
-        const kl_lane by_roll = KL_OTHER(axle->cos_delta, g) * kl_lane_of(inv, -inv, g);
+        const kl_lane by_down = KL_OTHER(tread->roll, g) * inv;
+        const kl_lane by_roll = KL_OTHER(tread->lift, g) * kl_lane_of(inv, -inv, g);
         const kl_lane backs = by_down * z_part + by_roll * roll_part;
+        const kl_lane pulls =
+            -(sign * (KL_LANE(tread->aside, g) + axle->phi_y * KL_LANE(tread->roll, g)) +
+              axle->z_y * KL_LANE(tread->lift, g));
         KL_LANE(contacts->by_down, g) = by_down;
         KL_LANE(contacts->by_roll, g) = by_roll;
+        KL_LANE(contacts->pulls, g) = pulls;
         KL_LANE(contacts->backs, g) = backs;
-        KL_LANE(pulled, g) = KL_LANE(contacts->pulls, g) * backs;
+        KL_LANE(pulled, g) = pulls * backs;
     }
     /* a normal force that pulls aside has its own inertia against it: N = N0 - backs (pulls N) */
     const kl_real share = KL_R(1) / (KL_R(1) + KL_SUM(pulled));
@@ -289,61 +194,13 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
     }
 }
 
-/* Creep forces of the expected normal forces, by saturation. */
-static inline void find_creep(struct kl_axle_forces *forces) {
-    struct kl_contacts *contacts = &forces->contacts;
-    KL_EACH_LANE(g) {
-        const kl_lane n = KL_LANE(forces->normal, g);
-        const kl_lane y =
-            kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
-        const kl_lane two_thirds = contacts->constant ? kl_lane_all(KL_R(1)) : n * y;
-        const kl_lane one = contacts->constant ? kl_lane_all(KL_R(1)) : n;
-        const kl_lane t1 = two_thirds * KL_LANE(contacts->linear1, g);
-        const kl_lane t2 =
-            two_thirds * KL_LANE(contacts->linear2, g) + one * KL_LANE(contacts->linear3, g);
-        const kl_lane limit = KL_LANE(forces->mu, g) * n + kl_lane_all(contacts->limit_more);
-        const kl_lane reduction = kl_lane_saturate(t1, t2, limit);
-        KL_LANE(contacts->used, g) = n;
-        KL_LANE(contacts->inv_cbrt, g) = y;
-        KL_LANE(forces->reduction, g) = reduction;
-        KL_LANE(forces->t1, g) = reduction * t1;
-        KL_LANE(forces->t2, g) = reduction * t2;
-    }
-}
-
-/* Coefficients for the normal force that the creep forces were found with, and the spin moment. */
-static void find_moments(const struct kl_wheelset *restrict wheelset,
-                         const struct kl_axle *restrict axle,
-                         struct kl_axle_forces *restrict forces) {
-    const struct kl_contacts *contacts = &forces->contacts;
-    const struct kl_creep_def *law = &wheelset->creep;
-    const int constant = law->f11_N > KL_R(0);
-    KL_EACH_LANE(g) {
-        const kl_lane n = KL_LANE(contacts->used, g);
-        const kl_lane y = KL_LANE(contacts->inv_cbrt, g);
-        const kl_lane two_thirds = n * y;
-        const kl_lane f23 = constant ? kl_lane_all(law->f23_Nm) : KL_LANE(axle->f23, g) * n;
-        const kl_lane f33 =
-            constant ? kl_lane_all(law->f33_Nm2) : KL_LANE(axle->f33, g) * (n * (two_thirds * y));
-        KL_LANE(forces->f11_N, g) =
-            constant ? kl_lane_all(law->f11_N) : KL_LANE(axle->f11, g) * two_thirds;
-        KL_LANE(forces->f22_N, g) =
-            constant ? kl_lane_all(law->f22_N) : KL_LANE(axle->f22, g) * two_thirds;
-        KL_LANE(forces->f33_Nm2, g) = f33;
-        if (kl_saturates(law->law)) {
-            const kl_lane reduction = KL_LANE(forces->slope, g) * KL_LANE(forces->reduction, g);
-            KL_LANE(forces->m3, g) = reduction * (f23 * KL_LANE(forces->creepages.gamma2, g) -
-                                                  f33 * KL_LANE(forces->creepages.omega3, g));
-            KL_LANE(forces->reduction, g) = reduction;
-        }
-    }
-}
-
 void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
                      const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
                      const kl_real suspension[restrict 4], struct kl_axle_forces *restrict forces) {
     const struct kl_track_point *track = &axle->track;
     struct kl_load *load = &forces->load;
+    struct bearing tread;
+    struct bearing flange;
     const kl_real m = wheelset->mass_kg;
     const kl_real i_x = wheelset->inertia_roll_kgm2;
     const kl_real v = forces->speed_m_s;
@@ -358,81 +215,65 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
     load->yaw =
         (suspension[3] + wheelset->preload[3]) + gyro * (axle->roll_rate + v * track->cant_s_1_m);
     load->drive = forces->torque_Nm;
-    kl_axle_flange_load(wheelset, axle, forces);
+    find_creep(wheelset, axle, forces);
+    bear_both(wheelset, axle, forces, &tread, &flange);
+    if (!kl_axle_is_limited(wheelset)) {
+        load_creep(axle, forces);
+    }
+    share_with_flange(wheelset, pair, axle, &flange, &tread, forces);
     kl_axle_lift_prepare(wheelset, pair, axle, forces);
     load->free_y = load->lateral + (axle->z_y * load->down + axle->phi_y * load->roll);
     forces->inv_mass_1_kg =
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
-    find_creepages(wheelset, axle, forces);
-    prepare_normals(wheelset, axle, forces);
+    prepare_normals(wheelset, axle, &tread, forces);
     kl_axle_lift_weights(forces);
 }
 
-/* Creep forces of the expected normal forces, by a law that is more than a saturation. */
-static void follow_law(const struct kl_wheelset *restrict wheelset,
-                       const struct kl_axle *restrict axle,
-                       struct kl_axle_forces *restrict forces) {
-    struct kl_contacts *contacts = &forces->contacts;
-    struct kl_law_contact contact;
-    struct kl_law_forces law;
+/* Creep goes with the normal force that it was found for. */
+static inline void scale_creep(struct kl_contact_forces *contact) {
     KL_EACH_LANE(g) {
-        const kl_lane n = KL_LANE(forces->normal, g);
-        const kl_lane inv_cbrt =
-            kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
-        KL_LANE(contacts->used, g) = n;
-        KL_LANE(contacts->inv_cbrt, g) = inv_cbrt;
-        KL_LANE(contact.linear1, g) = KL_LANE(axle->f11, g) * KL_LANE(forces->creepages.gamma1, g);
-        KL_LANE(contact.linear2, g) = KL_LANE(axle->f22, g) * KL_LANE(forces->creepages.gamma2, g);
-        KL_LANE(contact.linear3, g) = KL_LANE(axle->f23, g) * KL_LANE(forces->creepages.omega3, g);
-        KL_LANE(contact.normal, g) = n;
-        KL_LANE(contact.inv_cbrt, g) = inv_cbrt;
-        KL_LANE(contact.mu, g) = KL_LANE(forces->mu, g);
-        for (int i = 0; i < KL_CREEP_SHAPES; i++) {
-            KL_LANE(contact.shape[i], g) = KL_LANE(axle->shape[i], g);
-        }
-    }
-    kl_axle_law(wheelset, forces, &contact, &law);
-    KL_EACH_LANE(g) {
-        KL_LANE(forces->t1, g) = KL_LANE(law.t1, g);
-        KL_LANE(forces->t2, g) = KL_LANE(law.t2, g);
-        KL_LANE(forces->m3, g) = KL_LANE(law.m3, g);
-        KL_LANE(forces->reduction, g) = KL_LANE(law.reduction, g);
+        const kl_lane by = KL_LANE(contact->normal, g) / KL_LANE(contact->used, g);
+        KL_LANE(contact->t1, g) *= by;
+        KL_LANE(contact->t2, g) *= by;
+        KL_LANE(contact->m3, g) *= by;
     }
 }
 
 void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
                      const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
-    KL_EACH_LANE(g) { /* a wheel that is up carries nothing */
-        const kl_lane carries = kl_lane_all(KL_R(1)) - KL_LANE(axle->up, g);
-        KL_LANE(forces->normal, g) =
-            carries * kl_lane_max(KL_LANE(axle->expected, g), kl_lane_all(KL_R(0)));
-    }
-    if (kl_saturates(wheelset->creep.law)) {
-        find_creep(forces);
-    } else {
-        follow_law(wheelset, axle, forces);
-    }
+    const struct kl_contacts *contacts = &forces->contacts;
     kl_axle_lift_solve(wheelset, axle, forces);
+    KL_EACH_LANE(g) {
+        const kl_lane n = KL_LANE(contacts->flange_all, g) -
+                          KL_LANE(contacts->shed, g) * KL_LANE(forces->tread.normal, g);
+        KL_LANE(forces->flange.normal, g) = kl_lane_max(n, kl_lane_all(KL_R(0)));
+    }
+    if (kl_axle_is_limited(wheelset)) {
+        scale_creep(&forces->tread);
+    }
+    scale_creep(&forces->flange);
 }
 
 void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces) {
+    const struct kl_contact_forces *tread = &forces->tread;
+    const struct kl_contact_forces *f = &forces->flange;
+    const struct kl_flange *flange = &axle->flange;
     kl_both across;
     kl_both turn;
     kl_both drive;
-    /* where the flange has the rail give way, a tread that lands is stopped by it, but not thrown back
-     * aside: no more than twice a wheel's load pulls */
-    const kl_lane most = kl_lane_all(wheelset->static_load_N);
-    find_moments(wheelset, axle, forces);
     KL_EACH_LANE(g) {
-        const kl_lane t1 = KL_LANE(forces->t1, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        KL_LANE(across, g) =
-            KL_LANE(forces->t2, g) * KL_LANE(forces->gain, g) +
-            kl_lane_min(KL_LANE(forces->normal, g), most) * KL_LANE(forces->contacts.pulls, g);
-        KL_LANE(turn, g) = KL_LANE(forces->m3, g) * KL_LANE(axle->cos_delta, g) -
-                           sign * (KL_LANE(axle->arm, g) * t1);
-        KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1;
+        const kl_lane t1 = KL_LANE(tread->t1, g);
+        const kl_lane flange_t1 = KL_LANE(f->t1, g);
+        const kl_lane push = KL_LANE(f->normal, g) * KL_LANE(flange->sin_delta, g);
+        KL_LANE(across, g) = KL_LANE(tread->normal, g) * KL_LANE(forces->contacts.pulls, g);
+        KL_LANE(turn, g) =
+            ((KL_LANE(tread->m3, g) * KL_LANE(axle->cos_delta, g) +
+              KL_LANE(f->m3, g) * KL_LANE(flange->cos_delta, g)) -
+             sign * (KL_LANE(axle->arm, g) * t1 + KL_LANE(flange->arm, g) * flange_t1)) -
+            push * (KL_LANE(flange->reach, g) * axle->x[KL_WS_YAW]);
+        KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1 + KL_LANE(flange->radius, g) * flange_t1;
     }
     axle->rate[KL_WS_Y_RATE] = (forces->load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
     axle->rate[KL_WS_YAW_RATE] = (forces->load.yaw + KL_SUM(turn)) * wheelset->inv_yaw_1_kgm2;
@@ -440,27 +281,37 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_a
         (forces->load.drive - KL_SUM(drive)) * wheelset->inv_spin_1_kgm2 - axle->spin_drift;
 }
 
+/*
+ * Aside a wheel is damped by creep against a rail that gives way, one after the other; where its
+ * flange holds the rail, by the rail alone.
+ */
 void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
-                       const struct kl_axle *restrict axle,
+                       const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
                        const struct kl_axle_forces *restrict forces, kl_real step_s,
                        struct kl_stiffness *restrict stiffness) {
+    const struct kl_contact_forces *tread = &forces->tread;
+    const struct kl_contact_forces *flange = &forces->flange;
+    const kl_real damping = pair->flange_damping_Ns_m;
+    const kl_real own = damping + step_s * pair->flange_stiffness_N_m;
     kl_both along;
     kl_both yaw;
     kl_both spin;
     KL_EACH_LANE(g) {
-        const kl_lane by = KL_LANE(forces->reduction, g) * forces->inv_creep_speed_s_m;
-        const kl_lane gain = KL_LANE(forces->gain, g);
+        const kl_lane held = KL_LANE(axle->rail.held, g);
+        const kl_lane by = KL_LANE(tread->reduction, g) * forces->inv_creep_speed_s_m;
         const kl_lane arm = KL_LANE(axle->arm, g);
         const kl_lane r = KL_LANE(axle->radius, g);
-        const kl_lane f11 = KL_LANE(forces->f11_N, g);
-        KL_LANE(along, g) =
-            by * KL_LANE(forces->f22_N, g) * (gain * gain) * (KL_R(1) - KL_LANE(axle->carried, g));
+        const kl_lane gain = (KL_R(1) - r * axle->phi_y) * KL_LANE(axle->inv_cos, g);
+        const kl_lane f11 = KL_LANE(tread->f11_N, g);
+        const kl_lane creep = by * KL_LANE(tread->f22_N, g);
+        const kl_lane both = creep * (own / (own + pair->gives * creep));
+        KL_LANE(along, g) = both * (gain * gain) + held * (damping - both * (gain * gain));
         /* of a flange the longitudinal creep alone: across it slides with the rail */
-        const kl_lane flange_f11 = KL_LANE(forces->flange.reduction, g) *
-                                   KL_LANE(forces->flange.f11_N, g) * forces->inv_creep_speed_s_m;
+        const kl_lane flange_f11 = (held * KL_LANE(flange->reduction, g)) *
+                                   (KL_LANE(flange->f11_N, g) * forces->inv_creep_speed_s_m);
         const kl_lane flange_arm = KL_LANE(axle->flange.arm, g);
         const kl_lane flange_r = KL_LANE(axle->flange.radius, g);
-        KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(forces->f33_Nm2, g)) +
+        KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(tread->f33_Nm2, g)) +
                           flange_f11 * (flange_arm * flange_arm);
         KL_LANE(spin, g) = by * f11 * (r * r) + flange_f11 * (flange_r * flange_r);
     }
@@ -471,20 +322,11 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
 
 /* ---- outputs ---- */
 
-/* What is read from a row of the contact and the next for the outputs. */
-static void write_place(const struct kl_row *a, const struct kl_row *b, kl_real t, kl_real third,
-                        struct kl_contact_output *o) {
-    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
-    kl_lane_pair_between(&a->eta_wheel_m, &b->eta_wheel_m, t, &o->eta_wheel_m);
-    kl_lane_pair_between(&a->semi_a_1, &b->semi_a_1, t, &o->semi_a_m);
-    KL_EACH_LANE(g) {
-        kl_lane_store(&o->semi_a_m, g, third * kl_lane_load(&o->semi_a_m, g));
-    }
-}
-
-static void write_tread(const struct kl_axle *axle, const struct kl_axle_forces *forces, int side,
-                        kl_real third, struct kl_contact_output *o) {
-    const struct kl_row *a = axle->cells.below[side];
+/* One contact of one wheel: its forces, and its place from a row of its table and the next. */
+static inline void write_contact(const struct kl_contact_forces *forces, int side,
+                                 const struct kl_row *a, const struct kl_row *b, kl_real t,
+                                 kl_real radius, struct kl_contact_output *o) {
+    const kl_real third = forces->normal[side] > KL_R(0) ? forces->third[side] : KL_R(0);
     o->normal_N = forces->normal[side];
     o->t1_N = forces->t1[side];
     o->t2_N = forces->t2[side];
@@ -493,33 +335,32 @@ static void write_tread(const struct kl_axle *axle, const struct kl_axle_forces 
     o->gamma2 = forces->creepages.gamma2[side];
     o->omega3_1_m = forces->creepages.omega3[side];
     o->reduction = forces->reduction[side];
-    o->radius_m = axle->radius[side];
-    write_place(a, a + 1, axle->cells.t[side], third, o);
+    o->radius_m = radius;
+    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
+    kl_lane_pair_between(&a->eta_wheel_m, &b->eta_wheel_m, t, &o->eta_wheel_m);
+    kl_lane_pair_between(&a->semi_a_1, &b->semi_a_1, t, &o->semi_a_m);
+    KL_EACH_LANE(g) {
+        kl_lane_store(&o->semi_a_m, g, third * kl_lane_load(&o->semi_a_m, g));
+    }
 }
 
-static void write_flange(const struct kl_axle *axle, const struct kl_axle_forces *forces, int side,
-                         struct kl_contact_output *o) {
-    const struct kl_contact_forces *f = &forces->flange;
-    const struct kl_flange_row *row = axle->flange.row[side];
-    o->normal_N = f->normal[side];
-    o->t1_N = f->t1[side];
-    o->t2_N = f->t2[side];
-    o->m3_Nm = f->m3[side];
-    o->gamma1 = f->creepages.gamma1[side];
-    o->gamma2 = f->creepages.gamma2[side];
-    o->omega3_1_m = f->creepages.omega3[side];
-    o->reduction = f->reduction[side];
-    o->radius_m = axle->flange.radius[side];
-    write_place(&row[0].contact, &row[1].contact, axle->flange.t[side], f->third[side], o);
+/* Outboard on the rail, and down on it, of one contact. */
+static inline kl_lane aside_of(const struct kl_contact_forces *f, kl_lane sin_delta,
+                               kl_lane cos_delta, int g) {
+    const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+    return KL_LANE(f->normal, g) * sin_delta - sign * (KL_LANE(f->t2, g) * cos_delta);
+}
+static inline kl_lane down_of(const struct kl_contact_forces *f, kl_lane sin_delta,
+                              kl_lane cos_delta, int g) {
+    const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+    return KL_LANE(f->normal, g) * cos_delta + sign * (KL_LANE(f->t2, g) * sin_delta);
 }
 
 void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
                     const struct kl_pair *pair, struct kl_wheelset_output *output) {
-    const struct kl_contact_forces *f = &forces->flange;
     const struct kl_flange *flange = &axle->flange;
     kl_both q;
     kl_both y;
-    kl_both third;  /* N^(1/3) */
     kl_both lifted; /* upward acceleration of the centre by what the treads rise */
     output->track = axle->track;
     output->z_m = axle->z;
@@ -528,33 +369,30 @@ void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *for
                          axle->track.curvature_1_m * (forces->speed_m_s * forces->speed_m_s);
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        const kl_lane n = KL_LANE(forces->normal, g);
-        const kl_lane t2 = KL_LANE(forces->t2, g);
-        const kl_lane root = KL_LANE(forces->contacts.inv_cbrt, g); /* of the N of the creep */
-        const kl_lane flange_q = KL_LANE(f->normal, g) * KL_LANE(flange->cos_delta, g) +
-                                 sign * (KL_LANE(f->t2, g) * KL_LANE(flange->sin_delta, g));
-        const kl_lane flange_y =
-            sign * KL_LANE(flange->push, g) - KL_LANE(f->t2, g) * KL_LANE(flange->cos_delta, g);
-        KL_LANE(third, g) = n * (root * root);
+        const kl_lane s = KL_LANE(axle->sin_delta, g);
+        const kl_lane c = KL_LANE(axle->cos_delta, g);
+        const kl_lane flange_s = KL_LANE(flange->sin_delta, g);
+        const kl_lane flange_c = KL_LANE(flange->cos_delta, g);
         KL_LANE(lifted, g) =
             kl_lane_load(pair->share, g) * KL_LANE(forces->lifting.acceleration, g);
         KL_LANE(q, g) =
-            (n * KL_LANE(axle->cos_delta, g) + sign * (t2 * KL_LANE(axle->sin_delta, g))) +
-            flange_q;
-        /* on the rail: the opposite of what acts on the wheel */
-        KL_LANE(y, g) =
-            (sign * (n * KL_LANE(axle->sin_delta, g)) - t2 * KL_LANE(axle->cos_delta, g)) +
-            flange_y;
+            down_of(&forces->tread, s, c, g) + down_of(&forces->flange, flange_s, flange_c, g);
+        KL_LANE(y, g) = sign * (aside_of(&forces->tread, s, c, g) +
+                                aside_of(&forces->flange, flange_s, flange_c, g));
     }
     output->z_acc_m_s2 = (axle->z_y * axle->rate[KL_WS_Y_RATE] + axle->z_rest) - KL_SUM(lifted);
     for (int s = 0; s < KL_SIDES; s++) {
         struct kl_wheel_output *o = &output->wheel[s];
+        const struct kl_row *row = axle->cells.below[s];
+        const struct kl_flange_row *flange_row = flange->row[s];
         o->q_N = q[s];
         o->y_N = y[s];
         o->rise_m = axle->rise[s];
-        o->push_m = flange->overlap[s];
-        write_tread(axle, forces, s, third[s], &o->tread);
-        write_flange(axle, forces, s, &o->flange);
+        o->rail_m = axle->rail.q[s];
+        write_contact(&forces->tread, s, row, row + 1, axle->cells.t[s], axle->radius[s],
+                      &o->tread);
+        write_contact(&forces->flange, s, &flange_row[0].contact, &flange_row[1].contact,
+                      flange->t[s], flange->radius[s], &o->flange);
     }
     output->force_y_N = KL_SUM(y);
 }

@@ -9,16 +9,21 @@
  *                                         - phi_y I_y Omega psi' + sum T2 (1 - r phi_y)/cos delta
  * where z'' = z_y y'' + b_z and phi'' = phi_y y'' + b_phi. Normal forces then
  * follow from vertical and roll equilibrium. Creep forces need them and they need the creep forces:
- * creep is taken at the normal forces that the last two steps lead to expect, which is of second
- * order as the step is, and cut where the normal force comes out less. A constant number of
- * operations; no iteration.
+ * creep is found at the normal forces that the last two steps lead to expect, and enters as so
+ * much per newton of the normal force, with which it is solved for. A constant number of operations;
+ * no iteration.
+ *
+ * Where a wheel has tread and flange, its rail gives way sideways. It has no mass: what presses it
+ * outboard is k q + c q', over what does so in the wagon at rest. While only the tread is on it, q
+ * follows the tread's force; where the flange touches it follows the flange, k q + c q' is the
+ * lateral force of the wheel whatever each contact's part, and the two parts are those that also
+ * give the wheel its vertical force.
  */
 #ifndef KL_AXLE_H
 #define KL_AXLE_H
 
 #include "kl_creep.h"
 #include "kl_lanes.h"
-#include "kl_saturate.h"
 #include "kl_step.h"
 
 /* The rows of either side's table around its place: the row below, the row above and how far on. */
@@ -34,11 +39,29 @@ struct kl_creepages {
     kl_both omega3;
 };
 
-/*
- * The flange contact of either wheel, where it may be: elastic, so that its force follows from the
- * posture. The rail gives way aside by the overlap, and pushes back; the contact's normal force is
- * what has that push for its lateral part.
- */
+/* Creep coefficients of a contact at unit load, and what laws want besides. */
+struct kl_coefficients {
+    kl_both f11;                    /* per N^(2/3) */
+    kl_both f22;                    /* per N^(2/3) */
+    kl_both f23;                    /* per N */
+    kl_both f33;                    /* per N^(4/3) */
+    kl_both shape[KL_CREEP_SHAPES]; /* see struct kl_creep_row */
+};
+
+/* A rail under either wheel, sideways. */
+struct kl_rail {
+    kl_both start; /* q before the step, m, outboard, and q' */
+    kl_both start_rate;
+    kl_both press; /* of the tread, as struct kl_lift knows it from the step before */
+    kl_both resist;
+    kl_both inertia;
+    kl_both q; /* and after */
+    kl_both rate;
+    kl_both acceleration;
+    kl_both held; /* 1 where the flange is on it, else 0 */
+};
+
+/* The flange contact of either wheel, where it may be. */
 struct kl_flange {
     const struct kl_flange_row *row[KL_SIDES]; /* at or above the ride height, and the next */
     kl_both t;
@@ -48,10 +71,9 @@ struct kl_flange {
     kl_both cos_delta;
     kl_both inv_sin;
     kl_both inv_cos;
-    kl_both reach;   /* radius tan(delta): times yaw, how far ahead of the axle it touches */
-    kl_both overlap; /* m, negative where the flange is clear */
-    kl_both rate;    /* of the overlap */
-    kl_both push;    /* N >= 0, inboard */
+    kl_both reach;  /* radius tan(delta): times yaw, how far ahead of the axle it touches */
+    kl_both normal; /* N of the last step */
+    struct kl_coefficients creep;
 };
 
 /* Where the wheelset is and how it moves. */
@@ -63,19 +85,16 @@ struct kl_axle {
     kl_both sin_delta;
     kl_both cos_delta;
     kl_both inv_cos;
-    kl_both extra;                  /* tangent of the contact plane beyond that of the motion */
-    kl_both carried;                /* by the rail, see kl_row */
-    kl_both f11;                    /* per N^(2/3) */
-    kl_both f22;                    /* per N^(2/3) */
-    kl_both f23;                    /* per N */
-    kl_both f33;                    /* per N^(4/3) */
-    kl_both shape[KL_CREEP_SHAPES]; /* for laws that need it, see struct kl_creep_row */
-    kl_real x[KL_WHEELSET_STATES];  /* enum kl_wheelset_state */
+    struct kl_coefficients creep;
+    kl_real x[KL_WHEELSET_STATES]; /* enum kl_wheelset_state */
     kl_real
         rate[KL_WHEELSET_STATES]; /* of y and yaw: relative to the track; of Omega: besides V'/r0 */
     kl_real spin_drift;           /* V'/r0: what Omega does besides */
-    kl_both outboard;             /* displacement of the axle towards either rail */
+    kl_both outboard;             /* displacement of the axle towards either rail at rest */
     kl_both outboard_rate;
+    kl_both outboard_rest; /* of its acceleration, besides y'' */
+    kl_both path_rate;     /* of the tread over its rail */
+    kl_both path_rate_before;
     kl_both height; /* ride height of either wheel over its rail, positive down */
     kl_both height_rate;
     kl_both rise; /* of the tread off the rail, >= 0 */
@@ -83,9 +102,11 @@ struct kl_axle {
     kl_both up;       /* 1 where the tread is off the rail */
     kl_both landing;  /* upward acceleration that stops a wheel which reaches the rail */
     kl_both expected; /* the treads' normal forces, as the last two steps tell */
-    kl_both slope;    /* dH/dw of the treads' tables, and a step before */
+    kl_both slope; /* dH/dw of the treads; 0 where the flange holds the rail; and a step before */
     kl_both slope_before;
-    kl_real inv_step; /* 1/s; 0 where a state is looked at as it stands */
+    kl_real step;     /* s; 0 where a state is looked at as it stands */
+    kl_real inv_step; /* 1/s; or 0 */
+    struct kl_rail rail;
     struct kl_flange flange;
     kl_real z; /* relative to the smooth track, positive down */
     kl_real z_rate;
@@ -98,22 +119,17 @@ struct kl_axle {
     uint32_t faults;
 };
 
-/* What the contacts of an axle are before the normal forces are known. */
+/* How the normal forces N of the treads follow from what acts on the axle. */
 struct kl_contacts {
-    int constant;    /* coefficients do not grow with the normal force */
-    kl_both linear1; /* linear creep forces, per N^(2/3) */
-    kl_both linear2;
-    kl_both linear3;    /* of spin, per N */
-    kl_real limit_more; /* see kl_no_limit */
-    kl_both pulls;      /* what a unit of N adds to the lateral motion: 0 where N does no work */
-    kl_both backs;      /* by which the lateral motion changes N */
-    kl_both by_down;    /* N = by_down (what is down) + by_roll (what rolls) */
+    kl_both pulls;   /* what a unit of N adds to the lateral motion: 0 where N does no work */
+    kl_both backs;   /* by which the lateral motion changes N */
+    kl_both by_down; /* N = by_down (what is down) + by_roll (what rolls) */
     kl_both by_roll;
-    kl_both turns; /* roll moment of a unit of T2, to the left */
-    kl_both used;  /* the N that the creep forces stand for, and its N^(-1/3) */
-    kl_both inv_cbrt;
     kl_real z_part; /* of the lateral force that goes into vertical and roll inertia */
     kl_real roll_part;
+    kl_both press;      /* to its rail, of a newton on a tread */
+    kl_both shed;       /* by which a unit of the tread's N relieves the flange */
+    kl_both flange_all; /* the flange's N without the tread */
 };
 
 /* What acts on the axle besides the contact, the inertia that is known already taken off. */
@@ -126,41 +142,26 @@ struct kl_load {
     kl_real free_y; /* along the path that the tables prescribe */
 };
 
-/* What a law works on, and what comes out. */
-struct kl_law_contact {
-    kl_both linear1; /* f11_1 gamma1 */
-    kl_both linear2;
-    kl_both linear3;
-    kl_both normal;
-    kl_both inv_cbrt; /* of the normal force, or of 1 N where that is more */
-    kl_both mu;
-    kl_both shape[KL_CREEP_SHAPES];
-};
-struct kl_law_forces {
-    kl_both t1;
-    kl_both t2;
-    kl_both m3;
-    kl_both reduction; /* secant over Kalker's slope */
-};
-
-/* The forces of a contact that are there before equilibrium is looked for. */
+/* A contact of either wheel: first what it is at the normal force `used`, in the end at `normal`. */
 struct kl_contact_forces {
+    kl_both used; /* N that creep is found with, at least 1 N, and its N^(1/3) */
+    kl_both third;
     kl_both normal;
     struct kl_creepages creepages;
     kl_both mu;
     kl_both t1;
     kl_both t2;
     kl_both m3;
-    kl_both reduction;
-    kl_both f11_N; /* of the normal force, not reduced */
+    kl_both reduction; /* secant over Kalker's slope */
+    kl_both f11_N;     /* of the normal force, not reduced */
     kl_both f22_N;
-    kl_both third; /* N^(1/3) */
+    kl_both f33_Nm2;
 };
 
 /*
  * A wheel is held down on its rail by its load alone. Its tread's rise e off the rail is a
  * coordinate of its own, e >= 0, N >= 0, and one of both is zero; the normal forces grow with the
- * upward accelerations e'' by a symmetric 2 x 2 matrix.
+ * upward accelerations e'' by a 2 x 2 matrix.
  */
 struct kl_lifting {
     kl_both down; /* what a unit of e'' adds to the loads */
@@ -183,56 +184,49 @@ struct kl_axle_forces {
     kl_both decay;
     kl_both slope; /* of the initial creep forces over Kalker's */
     const struct kl_creep_table *table;
-    /* on the way */
     struct kl_load load;
     struct kl_contacts contacts;
     struct kl_lifting lifting;
+    struct kl_contact_forces tread;
     struct kl_contact_forces flange;
-    /* results */
-    kl_both normal;
-    struct kl_creepages creepages;
-    kl_both mu;
-    kl_both t1;
-    kl_both t2;
-    kl_both m3;
-    kl_both reduction;
-    kl_both gain;  /* of T2 in the lateral equation */
-    kl_both f11_N; /* of the normal force, not reduced */
-    kl_both f22_N;
-    kl_both f33_Nm2;
     kl_real inv_mass_1_kg; /* of the lateral motion */
 };
 
 /* Posture at axle->x, with the rates of y and yaw in axle->rate and the track at the wheelset in
- * axle->track, at speed V and its rate. */
+ * axle->track, at speed V and its rate; rest_N is a wheel's load at rest, step_s
+ * the model's, also for a state as it stands. */
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
-                     kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
+                     kl_real speed_rate_m_s2, kl_real rest_N, kl_real step_s,
+                     struct kl_axle *restrict axle);
 
-/* The forces of a law that kl_saturates does not know. */
-void kl_axle_law(const struct kl_wheelset *restrict wheelset,
-                 const struct kl_axle_forces *restrict forces,
-                 const struct kl_law_contact *restrict contact,
-                 struct kl_law_forces *restrict result);
+/* Creep of a contact at its `used` normal force, by the wheelset's law, from its creepages; with
+ * `constant` coefficients, the wheelset's, or those of the contact. */
+void kl_axle_creep(const struct kl_wheelset *restrict wheelset,
+                   const struct kl_coefficients *restrict coefficients, int constant,
+                   const struct kl_axle_forces *restrict forces,
+                   struct kl_contact_forces *restrict contact);
 
-/* Friction of a contact. */
-void kl_axle_friction(const struct kl_wheelset *restrict wheelset,
-                      const struct kl_axle_forces *restrict forces,
-                      const struct kl_creepages *restrict creepages, kl_both *restrict mu);
+/* Whether creep grows with the normal force and is limited by it. */
+static inline int kl_axle_is_limited(const struct kl_wheelset *wheelset) {
+    return wheelset->creep.law != KL_CREEP_LINEAR;
+}
 
-/* The flanges at that posture; the rate of climbing included. */
-void kl_axle_flange_posture(const struct kl_pair *restrict pair, struct kl_axle *restrict axle);
+/* Carries on over the time h what is known of rails and treads, the rail's place before in
+ * axle->rail; before the posture. */
+void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle);
 
-/* Adds the flanges' forces to the loads. */
-void kl_axle_flange_load(const struct kl_wheelset *restrict wheelset,
-                         const struct kl_axle *restrict axle,
-                         struct kl_axle_forces *restrict forces);
+/* Whether the flanges reach the rails, which stand where they go by themselves, at ride height
+ * axle->height; and takes the rails along where they do. */
+void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
+                         struct kl_axle *restrict axle);
 
-/* Carries the treads' rises on over the time h; before the posture. */
-void kl_axle_lift_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle);
+/* Creepages and creep of the flanges. */
+void kl_axle_flange_creep(const struct kl_wheelset *restrict wheelset,
+                          const struct kl_axle *restrict axle,
+                          struct kl_axle_forces *restrict forces);
 
 /* What lifting has to do with the loads, before the parts of kl_axle_prepare; how the normal forces
- * grow with the upward accelerations, after them; and these accelerations and the normal forces,
- * from the creep forces. */
+ * grow with the upward accelerations, after them; and these accelerations and the normal forces. */
 void kl_axle_lift_prepare(const struct kl_wheelset *restrict wheelset,
                           const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
                           struct kl_axle_forces *restrict forces);
@@ -241,10 +235,11 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
                         const struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces);
 
-/* The rises at the end of a step. */
-void kl_axle_lift_finish(const struct kl_axle *restrict axle,
-                         const struct kl_axle_forces *restrict forces, kl_real h,
-                         struct kl_lift *restrict lift);
+/* What the next step has to know of the wheels on their rails: at the end of a step, or (`h` 0) of a
+ * state as it stands. */
+void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset *restrict wheelset,
+                  const struct kl_axle *restrict axle, const struct kl_axle_forces *restrict forces,
+                  kl_real h, struct kl_lift *restrict lift);
 
 /*
  * Contact forces and accelerations from the suspension's y, z, roll and yaw, in three parts: what
@@ -270,7 +265,7 @@ struct kl_stiffness {
     kl_real spin;
 };
 void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
-                       const struct kl_axle *restrict axle,
+                       const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
                        const struct kl_axle_forces *restrict forces, kl_real step_s,
                        struct kl_stiffness *restrict stiffness);
 

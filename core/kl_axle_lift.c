@@ -1,17 +1,23 @@
-/* kl_axle_lift.c - wheels that leave their rails, and come back. */
+/* kl_axle_lift.c - wheels that leave their rails, and come back; what a wheel remembers. */
 #include "kl_axle.h"
 
 #include "kl_math.h"
 
-void kl_axle_lift_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) {
+void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) {
     const kl_real inv_h = h > KL_R(0) ? KL_R(1) / h : KL_R(0);
+    axle->step = h;
     axle->inv_step = inv_h;
     KL_EACH_LANE(g) {
         const kl_lane rate = kl_lane_load(lift->rate_m_s, g);
         const kl_lane rise = kl_lane_load(lift->rise_m, g) + h * rate;
         const kl_lane up = kl_lane_positive_or_0(rise, kl_lane_all(KL_R(1)));
         KL_LANE(axle->expected, g) = kl_lane_load(lift->expected_N, g);
+        KL_LANE(axle->flange.normal, g) = kl_lane_load(lift->flange_N, g);
         KL_LANE(axle->slope_before, g) = kl_lane_load(lift->slope, g);
+        KL_LANE(axle->path_rate_before, g) = kl_lane_load(lift->path_m_s, g);
+        KL_LANE(axle->rail.press, g) = kl_lane_load(lift->press_N, g);
+        KL_LANE(axle->rail.resist, g) = kl_lane_load(lift->resist_Ns_m, g);
+        KL_LANE(axle->rail.inertia, g) = kl_lane_load(lift->inertia_kg, g);
         KL_LANE(axle->rise, g) = kl_lane_positive_or_0(rise, rise);
         KL_LANE(axle->up, g) = up;
         KL_LANE(axle->rise_rate, g) = up * rate;
@@ -58,25 +64,13 @@ void kl_axle_lift_weights(struct kl_axle_forces *forces) {
     }
 }
 
-/* The normal forces that the creep forces ask for, both wheels held on their rails. */
-static inline void find_normals(const struct kl_axle *axle, const struct kl_axle_forces *forces,
-                                kl_both *normal) {
+/* The normal forces of the treads, both wheels held on their rails. */
+static inline void find_normals(const struct kl_axle_forces *forces, kl_both *normal) {
     const struct kl_contacts *contacts = &forces->contacts;
     const struct kl_load *load = &forces->load;
-    kl_both across;
-    kl_both sinks;
-    kl_both turns;
+    const kl_real down = load->down - contacts->z_part * load->free_y;
+    const kl_real roll = load->roll - contacts->roll_part * load->free_y;
     kl_both pulled;
-    KL_EACH_LANE(g) {
-        const kl_lane t2 = KL_LANE(forces->t2, g);
-        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        KL_LANE(across, g) = KL_LANE(forces->gain, g) * t2;
-        KL_LANE(sinks, g) = sign * (KL_LANE(axle->sin_delta, g) * t2);
-        KL_LANE(turns, g) = KL_LANE(contacts->turns, g) * t2;
-    }
-    const kl_real free_y = load->free_y + KL_SUM(across);
-    const kl_real down = (load->down - contacts->z_part * free_y) - KL_SUM(sinks);
-    const kl_real roll = (load->roll - contacts->roll_part * free_y) - KL_SUM(turns);
     KL_EACH_LANE(g) {
         const kl_lane n =
             KL_LANE(contacts->by_down, g) * down + KL_LANE(contacts->by_roll, g) * roll;
@@ -97,15 +91,14 @@ static inline kl_lane is_positive(kl_lane x) {
 /*
  * Both wheels' upward accelerations from the normal forces N0 that there would be without: a wheel
  * on its rail has none unless it would have to be pulled, one that is up or comes off carries
- * nothing. N = N0 + W a, and W is symmetric and positive in all but rounding. One that comes off
- * may take the other along; then both come off.
+ * nothing. N = N0 + W a, and without creep W is symmetric and positive in all but rounding. One that
+ * comes off may take the other along; then both come off.
  */
 void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
                         const struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces) {
     /* without a load nothing could come down */
     const kl_real loaded = wheelset->static_load_N > KL_R(0) ? KL_R(1) : KL_R(0);
-    const int limited = wheelset->creep.law != KL_CREEP_LINEAR;
     struct kl_lifting *lifting = &forces->lifting;
     const kl_real w_rr = lifting->right[KL_RIGHT];
     const kl_real w_rl = lifting->right[KL_LEFT];
@@ -118,7 +111,7 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
     kl_both along; /* 1 where this wheel comes off and takes the other along, or finds it off */
     kl_both a;
     kl_both free_y;
-    find_normals(axle, forces, &without);
+    find_normals(forces, &without);
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(without, g);
         KL_LANE(off, g) = loaded * kl_lane_max(KL_LANE(axle->up, g), is_positive(-n));
@@ -139,44 +132,85 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
                         (alone_a + both * (together - alone_a));
     }
     KL_EACH_LANE(g) {
-        const kl_lane zero = kl_lane_all(KL_R(0));
         const kl_lane one = kl_lane_all(KL_R(1));
         const kl_lane on = one - kl_lane_max(KL_LANE(off, g), kl_lane_all(both));
         const kl_lane n = KL_LANE(without, g) + (kl_lane_of(w_rr, w_ll, g) * KL_LANE(a, g) +
                                                  kl_lane_of(w_rl, w_lr, g) * KL_OTHER(a, g));
-        const kl_lane normal = on * kl_lane_max(n, zero);
-        /* creep stays within what this normal force allows */
-        const kl_lane used = kl_lane_max(KL_LANE(forces->contacts.used, g), one);
-        const kl_lane within = limited ? kl_lane_min(normal / used, one) : on;
         KL_LANE(lifting->on, g) = on;
         KL_LANE(lifting->acceleration, g) = KL_LANE(axle->landing, g) + KL_LANE(a, g);
         KL_LANE(free_y, g) = KL_LANE(a, g) * KL_LANE(lifting->free_y, g);
-        KL_LANE(forces->normal, g) = normal;
-        KL_LANE(forces->t1, g) = within * KL_LANE(forces->t1, g);
-        KL_LANE(forces->t2, g) = within * KL_LANE(forces->t2, g);
+        KL_LANE(forces->tread.normal, g) = on * kl_lane_max(n, kl_lane_all(KL_R(0)));
     }
     forces->load.free_y += KL_SUM(free_y);
 }
 
-/* On a flange a wheel slides up and down against creep, which is as stiff a damper as elsewhere. */
-void kl_axle_lift_finish(const struct kl_axle *restrict axle,
-                         const struct kl_axle_forces *restrict forces, kl_real h,
-                         struct kl_lift *restrict lift) {
+/*
+ * The tread's force on its rail, over that at rest, and by how much it falls as the rail gives way:
+ * by creep, and because a wheel that follows the rail down its plane is lighter. On a flange a wheel
+ * slides up and down against creep, which is as stiff a damper as elsewhere.
+ */
+void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset *restrict wheelset,
+                  const struct kl_axle *restrict axle, const struct kl_axle_forces *restrict forces,
+                  kl_real h, struct kl_lift *restrict lift) {
     const struct kl_lifting *lifting = &forces->lifting;
+    const struct kl_contact_forces *tread = &forces->tread;
     const kl_both weight = {lifting->right[KL_RIGHT], lifting->left[KL_LEFT]};
+    const kl_real rest = KL_R(0.5) * wheelset->static_load_N;
+    const kl_real by = forces->inv_creep_speed_s_m;
+    const kl_real steps = h > KL_R(0) ? KL_R(1) : KL_R(0);
+    const int limited = kl_axle_is_limited(wheelset);
+    const kl_real ahead = forces->speed_m_s * axle->x[KL_WS_YAW];
     KL_EACH_LANE(g) {
-        const kl_lane inv_sin = KL_LANE(axle->flange.inv_sin, g);
-        const kl_lane creep = KL_LANE(forces->flange.reduction, g) *
-                              KL_LANE(forces->flange.f22_N, g) * (inv_sin * inv_sin);
-        const kl_lane z = (h * forces->inv_creep_speed_s_m) * creep / KL_LANE(weight, g);
-        const kl_lane rate =
-            kl_lane_load(lift->rate_m_s, g) + h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
-        kl_lane_store(lift->rise_m, g, KL_LANE(axle->rise, g));
-        const kl_lane normal = KL_LANE(forces->normal, g);
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane press = KL_LANE(forces->contacts.press, g);
+        const kl_lane tangent = KL_LANE(axle->sin_delta, g) * KL_LANE(axle->inv_cos, g);
+        const kl_lane inertia =
+            steps * kl_lane_max(KL_LANE(weight, g) * (tangent * press), kl_lane_all(KL_R(0)));
+        const kl_lane resist = by * KL_LANE(tread->reduction, g) * KL_LANE(tread->f22_N, g);
+        const kl_lane slip =
+            (KL_LANE(axle->outboard_rate, g) - sign * ahead) - KL_LANE(axle->rail.rate, g);
+        const kl_lane slip_rate =
+            (KL_R(1) - KL_LANE(axle->rail.held, g)) *
+            ((KL_LANE(axle->outboard_rest, g) + sign * axle->rate[KL_WS_Y_RATE]) -
+             KL_LANE(axle->rail.acceleration, g));
+        /* without the blow of a landing; of a wheel that comes off, what would hold it */
+        const kl_lane blow = KL_LANE(weight, g) * KL_LANE(lifting->acceleration, g);
+        const kl_lane explicit = limited
+                                     ? kl_lane_all(KL_R(0))
+                                     : sign * (KL_LANE(tread->t2, g) * KL_LANE(axle->cos_delta, g));
+        const kl_lane aside = press * (KL_LANE(tread->normal, g) - blow) - explicit;
+        const kl_lane over = aside - rest * kl_lane_load(pair->central_tan, g);
+        kl_lane_store(lift->press_N, g,
+                      pair->gives * (over - (resist * slip + inertia * slip_rate)));
+        kl_lane_store(lift->resist_Ns_m, g, pair->gives * resist);
+        kl_lane_store(lift->inertia_kg, g, pair->gives * inertia);
         kl_lane_store(lift->slope, g, KL_LANE(axle->slope, g));
-        kl_lane_store(lift->expected_N, g, KL_R(2) * normal - kl_lane_load(lift->normal_N, g));
+        kl_lane_store(lift->path_m_s, g, KL_LANE(axle->path_rate, g));
+        kl_lane_store(lift->flange_N, g, KL_LANE(forces->flange.normal, g));
+    }
+    KL_EACH_LANE(g) {
+        const kl_lane normal = KL_LANE(tread->normal, g);
+        /* a wheel that leaves its rail for a moment is soon back */
+        const kl_lane before = KL_LANE(tread->used, g);
+        const kl_lane next = KL_R(2) * normal - kl_lane_load(lift->normal_N, g);
+        const kl_lane kept =
+            kl_lane_max(kl_lane_min(next, KL_R(2) * kl_lane_max(before, KL_R(0.5) * normal)),
+                        KL_R(0.5) * before);
+        kl_lane_store(lift->expected_N, g, h > KL_R(0) ? kept : normal);
         kl_lane_store(lift->normal_N, g, normal);
-        kl_lane_store(lift->rate_m_s, g,
-                      kl_lane_if_0(KL_LANE(lifting->on, g), rate, kl_lane_all(KL_R(0))));
+    }
+    if (h > KL_R(0)) {
+        KL_EACH_LANE(g) {
+            const kl_lane inv_sin = KL_LANE(axle->flange.inv_sin, g);
+            const kl_lane creep = KL_LANE(forces->flange.reduction, g) *
+                                  KL_LANE(forces->flange.f22_N, g) * KL_LANE(axle->rail.held, g) *
+                                  (inv_sin * inv_sin);
+            const kl_lane z = (h * by) * creep / KL_LANE(weight, g);
+            const kl_lane rate = kl_lane_load(lift->rate_m_s, g) +
+                                 h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
+            kl_lane_store(lift->rise_m, g, KL_LANE(axle->rise, g));
+            kl_lane_store(lift->rate_m_s, g,
+                          kl_lane_if_0(KL_LANE(lifting->on, g), rate, kl_lane_all(KL_R(0))));
+        }
     }
 }

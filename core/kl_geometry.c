@@ -296,57 +296,87 @@ static void build_flanges(const struct kl_pair_def *def, const struct kl_tangenc
     }
 }
 
-/* The displacement at which a side's flange touches while it rides on its tread; the table's end
- * where it does not. */
-static double find_touch(const struct kl_pair *pair, enum kl_side s) {
-    const struct kl_flange_table *flange = &pair->flange[s];
-    const struct kl_side_table *table = &pair->side[s];
-    double low = -(double)pair->range_m;
-    double high = (double)pair->range_m;
+/* The row before which a side's flange touches while it rides on its tread; 0 where it does not. */
+static uint32_t find_touch(const struct kl_pair *pair, enum kl_side s) {
     for (uint32_t i = 0; i <= 2u * pair->half; i++) {
         const double w = (double)pair->step_m * ((double)i - (double)pair->half);
-        if (overlap_at(flange, pair, w, (double)table->rows[i].height_m) > 0.0) {
-            high = w;
-            break;
+        const double height = (double)pair->side[s].rows[i].height_m;
+        if (overlap_at(&pair->flange[s], pair, w, height) > 0.0) {
+            return i;
         }
-        low = w;
     }
-    for (int i = 0; i < 40 && low < high; i++) {
+    return 0;
+}
+
+/* The tread's row just where the flange touches: between `low`, with roll to begin with, and the row
+ * after it. */
+static enum kl_status locate_touch(const struct kl_pair *pair, const struct kl_tangency *t,
+                                   const struct kl_row_kind *kind, enum kl_side s, double low,
+                                   double roll, double *touch, struct kl_row *row,
+                                   struct kl_diag *diag) {
+    double high = low + (double)pair->step_m;
+    struct kl_touch at = {.phi_rad = roll};
+    for (int i = 0; i < 20; i++) {
         const double w = 0.5 * (low + high);
-        struct kl_row tread;
-        kl_row_read(pair, table, (kl_real)w, &tread);
-        if (overlap_at(flange, pair, w, (double)tread.height_m) > 0.0) {
+        const enum kl_status status = kl_tangency_solve(t, s == KL_RIGHT ? w : -w, &at, diag);
+        if (status != KL_OK) {
+            return status;
+        }
+        if (overlap_at(&pair->flange[s], pair, w, at.height_m[s]) > 0.0) {
             high = w;
         } else {
             low = w;
         }
     }
-    return high;
+    *touch = low;
+    const enum kl_status status = kl_tangency_solve(t, s == KL_RIGHT ? low : -low, &at, diag);
+    kl_row_fill(t, kind, s, low, &at, row);
+    return status;
 }
 
-/* From where the flange touches, the tread's contact moves with the rail and so stays as it is. */
-static void hold_tread(const struct kl_pair *pair, enum kl_side s, double touch,
-                       struct kl_row *rows) {
-    struct kl_row held;
-    kl_row_read(pair, &pair->side[s], (kl_real)touch, &held);
-    held.height_w = KL_R(0);
-    held.carried = KL_R(1);
-    held.plane = held.sin_delta / held.cos_delta;
-    for (uint32_t i = 0; i <= 2u * pair->half; i++) {
-        if ((double)pair->step_m * ((double)i - (double)pair->half) > touch) {
-            rows[i] = held;
-        }
+/*
+ * Where the flange touches the tread's table ends. The row after that becomes the one with which
+ * interpolation meets `end` there: beyond, the tread might jump, and a bend of it between the rows
+ * would be felt before. Further rows are never read in a step.
+ */
+#define LEAST_PART 0.02
+static void end_tread(struct kl_pair *pair, enum kl_side s, double touch, const struct kl_row *end,
+                      struct kl_row *rows) {
+    const double place = touch / (double)pair->step_m + (double)pair->half;
+    const uint32_t below = (uint32_t)place;
+    const double t = place - (double)below;
+    const int whole = t < LEAST_PART; /* the row below is the end */
+    pair->tread_end[s] = (kl_real)(whole ? (double)below : place);
+    for (uint32_t i = below + 1u; i <= 2u * pair->half; i++) {
+        rows[i] = *end;
+        rows[i].height_w = KL_R(0);
     }
+    if (whole || below >= 2u * pair->half) {
+        return;
+    }
+    const kl_real *a = (const kl_real *)&rows[below];
+    const kl_real *e = (const kl_real *)end;
+    kl_real *b = (kl_real *)&rows[below + 1u];
+    for (size_t column = 0; column < sizeof(struct kl_row) / sizeof(kl_real); column++) {
+        b[column] = (kl_real)((double)a[column] + ((double)e[column] - (double)a[column]) / t);
+    }
+    /* the cubic of kl_lookup.h, found from its value and slope at t */
+    const double step = (double)pair->step_m;
+    const double from = (double)rows[below].height_w;
+    const double mean = ((double)end->height_m - (double)rows[below].height_m) / (step * t);
+    const double c3 = (((double)end->height_w - from) - 2.0 * (mean - from)) / (t * t);
+    const double c2 = (3.0 * (mean - from) - ((double)end->height_w - from)) / t;
+    const double rise = from + c2 + c3;
+    rows[below + 1u].height_m = (kl_real)((double)rows[below].height_m + step * rise);
+    rows[below + 1u].height_w = (kl_real)(c3 - from + 2.0 * rise);
 }
 
 /* The jump from the tread to the flange is a side's last, if the contact point leaps there. */
 static void set_flange_jump(const struct kl_pair *pair, enum kl_side s, double touch,
-                            struct kl_side_table *table) {
-    struct kl_row tread;
+                            const struct kl_row *tread, struct kl_side_table *table) {
     kl_real t;
-    kl_row_read(pair, table, (kl_real)touch, &tread);
     const struct kl_flange_row *row =
-        flange_row(&pair->flange[s], pair->inv_step_1_m, tread.height_m, &t);
+        flange_row(&pair->flange[s], pair->inv_step_1_m, tread->height_m, &t);
     const kl_real eta =
         row[0].contact.eta_wheel_m + t * (row[1].contact.eta_wheel_m - row[0].contact.eta_wheel_m);
     uint32_t kept = 0;
@@ -354,7 +384,7 @@ static void set_flange_jump(const struct kl_pair *pair, enum kl_side s, double t
         kept++;
     }
     table->n_jumps = kept;
-    const struct kl_jump jump = {touch, (double)tread.eta_wheel_m, (double)eta};
+    const struct kl_jump jump = {touch, (double)tread->eta_wheel_m, (double)eta};
     if (kept < KL_MAX_JUMPS && jump.eta_after_m - jump.eta_before_m > 0.2 * JUMP_THRESHOLD_M) {
         table->jumps[kept] = jump;
         table->n_jumps++;
@@ -366,12 +396,25 @@ static enum kl_status finish_side(const struct kl_pair_def *def, const struct kl
                                   const struct tables *tables, enum kl_side s, struct kl_pair *pair,
                                   struct kl_diag *diag) {
     const enum kl_status status = find_jumps(def, t, tables, s, &pair->side[s], diag);
-    const double touch = find_touch(pair, s);
-    if (status == KL_OK && touch < (double)pair->range_m) {
-        set_flange_jump(pair, s, touch, &pair->side[s]);
-        hold_tread(pair, s, touch, tables->rows[s]);
+    const uint32_t after = find_touch(pair, s);
+    if (status != KL_OK || after == 0) {
+        return status;
     }
-    return status;
+    const enum kl_side other = s == KL_RIGHT ? KL_LEFT : KL_RIGHT;
+    const kl_real across = tables->rows[other][2u * tables->half - (after - 1u)].height_m;
+    const double base = t->side[KL_RIGHT].half_base_m + t->side[KL_LEFT].half_base_m;
+    const double roll = (double)(tables->rows[s][after - 1u].height_m - across) / base;
+    const double low = def->step_m * ((double)(after - 1u) - (double)tables->half);
+    const struct kl_row_kind kind = kl_row_kind_of(def);
+    struct kl_row end;
+    double touch;
+    const enum kl_status located =
+        locate_touch(pair, t, &kind, s, low, s == KL_RIGHT ? roll : -roll, &touch, &end, diag);
+    if (located == KL_OK) {
+        set_flange_jump(pair, s, touch, &end, &pair->side[s]);
+        end_tread(pair, s, touch, &end, tables->rows[s]);
+    }
+    return located;
 }
 
 static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct kl_arena *arena,
@@ -408,6 +451,7 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
             for (uint32_t i = 0; i <= 2u * tables->half; i++) {
                 tables->rows[KL_LEFT][i] = tables->rows[KL_RIGHT][i];
             }
+            pair->tread_end[KL_LEFT] = pair->tread_end[KL_RIGHT];
         } else {
             status = finish_side(def, &t, tables, (enum kl_side)s, pair, diag);
         }
@@ -423,6 +467,10 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
     pair->share[KL_RIGHT] = (kl_real)(l_l / (l_r + l_l));
     pair->share[KL_LEFT] = (kl_real)(l_r / (l_r + l_l));
     pair->radius_m = (kl_real)(0.5 * (t.side[KL_RIGHT].radius0_m + t.side[KL_LEFT].radius0_m));
+    for (int s = 0; s < KL_SIDES; s++) {
+        pair->central_tan[s] = -tables->rows[s][tables->half].height_w;
+        pair->gives = pair->flange[s].n_rows > 2u ? KL_R(1) : pair->gives;
+    }
     return KL_OK;
 }
 
@@ -444,6 +492,7 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
             return kl_report(diag, KL_ERR_MEMORY, "contact table", -1, (double)arena->wanted);
         }
         pair->side[s].rows = tables.rows[s];
+        pair->tread_end[s] = (kl_real)(2u * tables.half);
     }
     pair->half = tables.half;
     pair->step_m = (kl_real)def->step_m;

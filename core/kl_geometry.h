@@ -68,9 +68,8 @@ struct kl_rail_def {
 enum kl_kinematics { KL_KINEMATICS_RIGID = 0, KL_KINEMATICS_PRINTED = 1 };
 
 /*
- * Which contacts a wheel has. TWO: tread and flange for themselves; the tread is rigid, the flange
- * works against the lateral elasticity of the rail, a wheel can be on both, and can leave its tread
- * and climb. RIGID: one rigid contact at a time, whichever touches first, as in Wickens 2.3; for
+ * Which contacts a wheel has. TWO: tread and flange for themselves, both rigid, on a rail that gives
+ * way sideways; a wheel can be on both, and can leave its tread and climb. RIGID: one rigid contact at a time, whichever touches first, as in Wickens 2.3; for
  * looking at geometry, and for vehicles that keep off their flanges.
  */
 enum kl_contact_model { KL_CONTACTS_RIGID = 0, KL_CONTACTS_TWO = 1 };
@@ -86,7 +85,8 @@ struct kl_pair_def {
     double conicity;      /* LINEAR: lambda = dr/du_y */
     double curvature_1_m; /* LINEAR: relative transverse curvature 1/R_r - 1/R_w > 0, for Hertz */
     struct kl_material material;
-    /* What a flange works against: the lateral elasticity and damping of rail and track, per rail. */
+    /* Lateral elasticity and damping of rail and track, per rail: what the wheels work against where
+     * contacts are TWO. */
     double flange_stiffness_N_m; /* 1e5..1e10; 0: both as KL_FLANGE_... */
     double flange_damping_Ns_m;  /* 0..1e8 */
     /* The creep law whose coefficients the rows hold; kl_build sets both by the wheelsets. */
@@ -106,18 +106,15 @@ struct kl_row {
     kl_real height_w; /* dH/dw */
     kl_real arm_m;    /* lateral distance of the contact point from the middle of the axle */
     kl_real radius_m; /* rolling radius at the contact */
-    /* Of the contact angle of the rail: the common tangent, against the track. For reading, unless
-     * `carried`; a step takes the contact plane from the heights' slopes, with which the wheels' forces
-     * do no work. */
+    /* Of the contact angle of the rail: the common tangent, against the track. A step takes the
+     * contact plane from the heights' slopes, with which the wheels' forces do no work, unless the
+     * flange keeps the tread from moving along. */
     kl_real sin_delta;
     kl_real cos_delta;
     kl_real f11_1;
     kl_real f22_1;
     kl_real f23_1;
     kl_real f33_1;
-    kl_real carried; /* 1 from where the flange pushes the rail: this contact then moves with the
-                        rail, its height stays and its plane is that of delta; else 0 */
-    kl_real plane;   /* tan(delta) where it is carried, else 0 */
     kl_real delta_rail_rad;
     kl_real eta_wheel_m; /* contact point on the wheel */
     kl_real eta_rail_m;  /* contact point on the rail */
@@ -134,8 +131,8 @@ struct kl_row {
 /*
  * One row of a flange's table, at one ride height H of its wheel. The flange is the part of a wheel
  * that is within KL_FLANGE_SPREAD_RAD of its steepest, if that is at least KL_FLANGE_LEAST_RAD. It
- * is a contact of its own, beside that of the tread. From where it touches it pushes the rail
- * aside, and the tread with it: there the tread's contact stays where it is, on its plane.
+ * is a contact of its own, beside that of the tread. From where it touches it takes the rail along:
+ * there the tread's contact stays where it is, and its table ends.
  */
 #define KL_FLANGE_LEAST_RAD 0.7
 #define KL_FLANGE_SPREAD_RAD 0.175
@@ -179,6 +176,9 @@ struct kl_pair {
     struct kl_side_table side[KL_SIDES]; /* the treads, as if there were no flanges; where contacts
                                             are RIGID the whole wheels */
     struct kl_flange_table flange[KL_SIDES];
+    kl_real tread_end[KL_SIDES];   /* last place in the tread's rows, where the flange touches */
+    kl_real central_tan[KL_SIDES]; /* of the contact angle when central */
+    kl_real gives; /* 1: there is a flange, and the rails give way sideways; else 0 */
     uint32_t half;
     kl_real step_m;
     kl_real inv_step_1_m;

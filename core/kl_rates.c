@@ -140,20 +140,34 @@ static void carry_wheelset(const struct kl_pair *pair, const struct kl_origin *f
     axle->x[KL_WS_SPIN] = x[KL_WS_SPIN] + from->h * (rate[KL_WS_SPIN] + axle->spin_drift);
 }
 
+/* The rails before the step. Returns how many states they have. */
+static uint32_t carry_rails(const struct kl_pair *pair, const struct kl_origin *from,
+                            uint32_t first, struct kl_axle *axle) {
+    const int gives = pair->gives > KL_R(0);
+    KL_EACH_LANE(g) {
+        const kl_lane none = kl_lane_all(KL_R(0));
+        KL_LANE(axle->rail.start, g) = gives ? kl_lane_load(&from->x[first], g) : none;
+        KL_LANE(axle->rail.start_rate, g) = gives ? kl_lane_load(&from->rate[first], g) : none;
+    }
+    return gives ? KL_SIDES : 0u;
+}
+
 static void place_wheelsets(const struct kl_model *model, const struct kl_origin *from,
                             const struct kl_stage *stage, struct kl_evaluation *e,
                             struct motions *motions) {
     const kl_real v = stage->speed_m_s;
     uint32_t first = kl_wheelset_states(model);
+    uint32_t rail = kl_rail_states(model);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_pair *pair = &model->pairs[wheelset->pair];
         struct kl_axle *axle = &e->axle[w];
         carry_wheelset(pair, from, first, stage, axle);
         first += KL_WHEELSET_STATES;
-        kl_axle_lift_carry(&from->lift[w], from->h, axle);
-        kl_axle_posture(pair, v, stage->speed_rate_m_s2, axle);
-        kl_axle_flange_posture(pair, axle);
+        kl_axle_carry(&from->lift[w], from->h, axle);
+        rail += carry_rails(pair, from, rail, axle);
+        kl_axle_posture(pair, v, stage->speed_rate_m_s2, KL_R(0.5) * wheelset->static_load_N,
+                        model->step_s, axle);
         e->faults |= axle->faults;
         const struct offsets o =
             offsets_at(&axle->track, &e->reference, wheelset->x_m, -pair->radius_m, v);
@@ -258,7 +272,7 @@ static void move_wheelsets(const struct kl_model *model, struct kl_evaluation *e
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_axle_forces *f = &e->forces[w];
         kl_axle_accelerate(&model->wheelsets[w], &e->axle[w], &e->forces[w]);
-        const kl_real least = kl_min_real(f->normal[KL_RIGHT], f->normal[KL_LEFT]);
+        const kl_real least = kl_min_real(f->tread.normal[KL_RIGHT], f->tread.normal[KL_LEFT]);
         const int loaded = least > KL_R(0) || !(model->wheelsets[w].static_load_N > KL_R(0));
         e->faults |= loaded ? 0u : (uint32_t)KL_FAULT_WHEEL_LIFT;
     }
@@ -317,9 +331,11 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
         twice += ws->mass_kg * (p * p + axle->z_rate * axle->z_rate) +
                  ws->inertia_roll_kgm2 * (axle->roll_rate * axle->roll_rate) +
                  ws->inertia_yaw_kgm2 * (yaw * yaw) + ws->inertia_spin_kgm2 * (spin * spin);
+        const struct kl_pair *pair = &model->pairs[ws->pair];
         for (int s = 0; s < KL_SIDES; s++) {
-            const kl_real push = kl_max_real(axle->flange.overlap[s], KL_R(0));
-            twice += model->pairs[ws->pair].flange_stiffness_N_m * (push * push);
+            const kl_real q = axle->rail.q[s];
+            twice +=
+                q * (pair->flange_stiffness_N_m * q + ws->static_load_N * pair->central_tan[s]);
         }
         const kl_real down = ws->preload[1] + ws->mass_kg * model->gravity_m_s2;
         twice -=

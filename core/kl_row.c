@@ -53,8 +53,6 @@ void kl_row_set(const struct kl_tangency *t, const struct kl_row_kind *kind, enu
     row->curv_rail_1_m = (kl_real)curv_r;
     /* half the relative curvatures; a conformal contact is limited by kl_hertz */
     const double across = 0.5 * (curv_r - curv_w);
-    row->carried = KL_R(0);
-    row->plane = KL_R(0);
     set_contact_coefficients(row, 0.5 * cos_w / radius, across > 1e-6 ? across : 1e-6, kind);
 }
 
@@ -83,7 +81,7 @@ void kl_row_linear(const struct kl_pair_def *def, double w, struct kl_row *row) 
 void kl_row_read(const struct kl_pair *pair, const struct kl_side_table *table, kl_real w,
                  struct kl_row *out) {
     const kl_real from_start = w * pair->inv_step_1_m + (kl_real)pair->half;
-    const kl_real place = kl_clamp(from_start, KL_R(0), (kl_real)(2u * pair->half));
+    const kl_real place = kl_clamp(from_start, KL_R(0), pair->tread_end[table - pair->side]);
     uint32_t i = (uint32_t)place;
     i = i < 2u * pair->half ? i : 2u * pair->half - 1u;
     const kl_real t = place - (kl_real)i;

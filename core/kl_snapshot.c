@@ -2,7 +2,7 @@
 #include "kl_math.h"
 #include "kl_step.h"
 
-#define MAGIC UINT64_C(0x32544154534c4b21) /* "!KLSTAT2" */
+#define MAGIC UINT64_C(0x33544154534c4b21) /* "!KLSTAT3" */
 /* magic, model hash, tick, fault tick, faults and number of states, s, V, check sum */
 #define HEADER_WORDS 7u
 
@@ -57,7 +57,7 @@ static uint64_t hash_word(uint64_t hash, uint64_t word) {
 }
 
 /* States, their rates and the lifts, in one row. */
-#define LIFT_WORDS (5u * KL_SIDES)
+#define LIFT_WORDS ((uint32_t)KL_LIFT_FIELDS * KL_SIDES)
 /* A state does not know its wheelsets. The hash takes the lifts of this many, and of more where they
  * are not 0: so it does not depend on how many the build has room for. */
 #define LIFTS_ALWAYS 8u
@@ -75,8 +75,9 @@ static kl_real *word_at(struct kl_state *state, uint32_t i) {
     }
     const uint32_t k = i - 2u * n;
     struct kl_lift *lift = &state->lift[k / LIFT_WORDS];
-    kl_real *const field[] = {lift->rise_m, lift->rate_m_s, lift->normal_N, lift->expected_N,
-                              lift->slope};
+    kl_real *const field[KL_LIFT_FIELDS] = {
+        lift->rise_m, lift->rate_m_s, lift->normal_N, lift->expected_N,  lift->flange_N,
+        lift->slope,  lift->path_m_s, lift->press_N,  lift->resist_Ns_m, lift->inertia_kg};
     return &field[k % LIFT_WORDS / KL_SIDES][k % KL_SIDES];
 }
 
@@ -87,8 +88,9 @@ static kl_real value_at(const struct kl_state *state, uint32_t i) {
     }
     const uint32_t k = i - 2u * n;
     const struct kl_lift *lift = &state->lift[k / LIFT_WORDS];
-    const kl_real *const field[] = {lift->rise_m, lift->rate_m_s, lift->normal_N, lift->expected_N,
-                                    lift->slope};
+    const kl_real *const field[KL_LIFT_FIELDS] = {
+        lift->rise_m, lift->rate_m_s, lift->normal_N, lift->expected_N,  lift->flange_N,
+        lift->slope,  lift->path_m_s, lift->press_N,  lift->resist_Ns_m, lift->inertia_kg};
     return field[k % LIFT_WORDS / KL_SIDES][k % KL_SIDES];
 }
 

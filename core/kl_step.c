@@ -129,6 +129,18 @@ int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
     return (int32_t)(kl_wheelset_states(model) + KL_WHEELSET_STATES * wheelset + (uint32_t)which);
 }
 
+int32_t kl_rail_state_index(const struct kl_model *model, uint32_t wheelset, enum kl_side side) {
+    if (wheelset >= model->n_wheelsets ||
+        !(model->pairs[model->wheelsets[wheelset].pair].gives > KL_R(0))) {
+        return -1;
+    }
+    uint32_t i = kl_rail_states(model);
+    for (uint32_t w = 0; w < wheelset; w++) {
+        i += model->pairs[model->wheelsets[w].pair].gives > KL_R(0) ? KL_SIDES : 0u;
+    }
+    return (int32_t)(i + (uint32_t)side);
+}
+
 /* ---- one evaluation ---- */
 
 /* The rates of an evaluation where the state stands. */
@@ -148,6 +160,13 @@ static void write_rates(const struct kl_model *model, const struct kl_evaluation
         }
     }
     kl_slips_rates(&model->struts, &e->slipped, rates);
+    rates += model->struts.n_slips;
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        if (model->pairs[model->wheelsets[w].pair].gives > KL_R(0)) {
+            *rates++ = e->axle[w].rail.rate[KL_RIGHT];
+            *rates++ = e->axle[w].rail.rate[KL_LEFT];
+        }
+    }
 }
 
 /*
@@ -164,12 +183,9 @@ static void evaluate_still(const struct kl_model *model, const struct kl_state *
     for (int round = 0; round < ROUNDS; round++) {
         kl_evaluate(model, &here, &stage, input, e);
         for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-            lift[w].normal_N[KL_RIGHT] = e->forces[w].normal[KL_RIGHT];
-            lift[w].expected_N[KL_RIGHT] = e->forces[w].normal[KL_RIGHT];
-            lift[w].normal_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
-            lift[w].expected_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
-            lift[w].slope[KL_RIGHT] = e->axle[w].slope[KL_RIGHT];
-            lift[w].slope[KL_LEFT] = e->axle[w].slope[KL_LEFT];
+            const struct kl_wheelset *wheelset = &model->wheelsets[w];
+            kl_axle_keep(&model->pairs[wheelset->pair], wheelset, &e->axle[w], &e->forces[w],
+                         KL_R(0), &lift[w]);
         }
     }
 }
@@ -242,7 +258,8 @@ static void finish_wheelset(const struct kl_model *model, const struct kl_evalua
     const kl_real h = model->step_s;
     const kl_real *force = axle->rate;
     struct kl_stiffness z;
-    kl_axle_stiffness(&model->wheelsets[w], axle, &e->forces[w], h, &z);
+    const struct kl_wheelset *wheelset = &model->wheelsets[w];
+    kl_axle_stiffness(wheelset, &model->pairs[wheelset->pair], axle, &e->forces[w], h, &z);
     struct damped moved = {.force = {force[KL_WS_Y_RATE], force[KL_WS_YAW_RATE]},
                            .carried = {rate[KL_WS_Y_RATE], rate[KL_WS_YAW_RATE]},
                            .z = {z.y, z.yaw}};
@@ -278,11 +295,26 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         finish_wheelset(model, e, w, x, rate);
-        kl_axle_lift_finish(&e->axle[w], &e->forces[w], h, &state->lift[w]);
+        const struct kl_wheelset *wheelset = &model->wheelsets[w];
+        kl_axle_keep(&model->pairs[wheelset->pair], wheelset, &e->axle[w], &e->forces[w], h,
+                     &state->lift[w]);
         x += KL_WHEELSET_STATES;
         rate += KL_WHEELSET_STATES;
     }
     kl_slips_finish(&model->struts, &e->slipped, x, rate);
+    x += model->struts.n_slips;
+    rate += model->struts.n_slips;
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        if (model->pairs[model->wheelsets[w].pair].gives > KL_R(0)) {
+            const struct kl_rail *rail = &e->axle[w].rail;
+            KL_EACH_LANE(g) {
+                kl_lane_store(x, g, kl_lane_quiet(KL_LANE(rail->q, g)));
+                kl_lane_store(rate, g, KL_LANE(rail->rate, g));
+            }
+            x += KL_SIDES;
+            rate += KL_SIDES;
+        }
+    }
 }
 
 /* 1 where all accelerations are finite, and so far below the largest real that the new state will
@@ -316,11 +348,19 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state) {
     kl_input_init(&input);
     evaluate_still(model, state, &input, state->lift, &e);
     write_rates(model, &e, state->rate);
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) { /* a flange does not stand in its rail */
+        const int32_t right = kl_rail_state_index(model, w, KL_RIGHT);
+        for (int s = 0; s < KL_SIDES && right >= 0; s++) {
+            state->x[right + s] = e.axle[w].rail.q[s];
+        }
+    }
     const uint32_t first = kl_wheelset_states(model);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         kl_real *rate = &state->rate[first + KL_WHEELSET_STATES * w];
         struct kl_stiffness z;
-        kl_axle_stiffness(&model->wheelsets[w], &e.axle[w], &e.forces[w], model->step_s, &z);
+        const struct kl_wheelset *wheelset = &model->wheelsets[w];
+        kl_axle_stiffness(wheelset, &model->pairs[wheelset->pair], &e.axle[w], &e.forces[w],
+                          model->step_s, &z);
         rate[KL_WS_Y_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y)));
         rate[KL_WS_YAW_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.yaw)));
         rate[KL_WS_SPIN] *= kl_lane_first(carried_part(kl_lane_all(z.spin)));

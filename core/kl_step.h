@@ -17,11 +17,13 @@ extern "C" {
 
 /* States: per body each freedom that it has, coordinate and rate, then per wheelset y, y', psi, psi'
  * + kappa V, Omega, then per series damper or friction element how far its damper or slider has
- * moved. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point at height z
+ * moved, then per wheelset whose rails give way how far the right and the left rail have, outboard,
+ * from where they stand under the wheels at rest. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point at height z
  * is y' - z V phi0'. */
 #define KL_WHEELSET_STATES 5
 #define KL_MAX_STATES                                                                              \
-    (2 * KL_FREEDOMS * KL_MAX_BODIES + KL_WHEELSET_STATES * KL_MAX_WHEELSETS + KL_MAX_SLIPS)
+    (2 * KL_FREEDOMS * KL_MAX_BODIES + (KL_WHEELSET_STATES + KL_SIDES) * KL_MAX_WHEELSETS +        \
+     KL_MAX_SLIPS)
 enum kl_wheelset_state { KL_WS_Y = 0, KL_WS_Y_RATE, KL_WS_YAW, KL_WS_YAW_RATE, KL_WS_SPIN };
 
 /* Faults: bits, latched in the state until kl_init or kl_clear_faults. */
@@ -44,8 +46,17 @@ struct kl_lift {
     kl_real rate_m_s[KL_SIDES];   /* of the rise */
     kl_real normal_N[KL_SIDES];   /* of the tread in the last step */
     kl_real expected_N[KL_SIDES]; /* in the next one, if it goes on like that */
-    kl_real slope[KL_SIDES];      /* dH/dw of the tread's table where it stood */
+    kl_real flange_N[KL_SIDES];   /* normal force of the flange in the last step */
+    kl_real slope[KL_SIDES];      /* dH/dw of the tread's path where it stood */
+    kl_real path_m_s[KL_SIDES];   /* and how fast it moved along, outboard over its rail */
+    /* the tread presses its rail outboard with a force, over what it does at rest, that falls by
+     * resist with the rail's velocity relative to the rolling wheel and by inertia with its
+     * acceleration relative to it */
+    kl_real press_N[KL_SIDES]; /* without either */
+    kl_real resist_Ns_m[KL_SIDES];
+    kl_real inertia_kg[KL_SIDES];
 };
+#define KL_LIFT_FIELDS 10 /* of KL_SIDES reals each, nothing else */
 
 /* Plain data without pointers: a copy is a snapshot. */
 struct kl_state {
@@ -100,7 +111,7 @@ struct kl_wheel_output {
     kl_real y_N;    /* lateral force of the wheel ON THE RAIL, positive right, of both contacts */
     kl_real rise_m; /* of the tread off the rail: 0 in contact */
     kl_real
-        push_m; /* by which the flange has pushed the rail aside; negative: the flange's clearance */
+        rail_m; /* by which the rail has given way outboard, from its place under the wheel at rest */
     struct kl_contact_output tread; /* with KL_CONTACTS_RIGID the only one */
     struct kl_contact_output flange;
 };
@@ -158,6 +169,8 @@ int32_t kl_body_state_index(const struct kl_model *model, uint32_t body, enum kl
                             int rate);
 int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
                                 enum kl_wheelset_state which);
+/* Where the displacement of the rail under a wheel lives; -1 where it does not give way. */
+int32_t kl_rail_state_index(const struct kl_model *model, uint32_t wheelset, enum kl_side side);
 
 /* To be called after changing x, s or V of a state by hand: finds the rates with which it goes on.
  * kl_init and kl_restore leave nothing to be done. */
@@ -196,7 +209,8 @@ uint64_t kl_state_hash(const struct kl_state *state);
 
 /* A snapshot for another process or machine: little-endian bytes with the model's hash and a check
  * sum. */
-#define KL_SNAPSHOT_SIZE (64u + 16u * KL_MAX_STATES + 80u * KL_MAX_WHEELSETS)
+#define KL_SNAPSHOT_SIZE                                                                           \
+    (64u + 16u * KL_MAX_STATES + 8u * KL_LIFT_FIELDS * KL_SIDES * KL_MAX_WHEELSETS)
 enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *state,
                            unsigned char *buffer, size_t size_bytes, size_t *used_bytes);
 /* KL_ERR_SNAPSHOT: damaged, or of another model; the state is then untouched. */

@@ -246,12 +246,14 @@ static enum kl_status build_parts(const struct kl_vehicle_def *def, struct kl_ar
         model->n_states += 2u * kl_freedoms_of(&bodies[i]);
     }
     for (uint32_t i = 0; i < def->n_wheelsets; i++) {
+        model->n_rails += model->pairs[def->wheelsets[i].pair].gives > KL_R(0) ? 1u : 0u;
         set_wheelset(&wheelsets[i], &def->wheelsets[i], &preload[4u * i], def->gravity_m_s2);
         if (!(wheelsets[i].static_load_N >= KL_R(0))) {
             return kl_report(diag, KL_ERR_VALUE, "wheelset: static load is negative", (int32_t)i,
                              (double)wheelsets[i].static_load_N);
         }
     }
+    model->n_states += KL_SIDES * model->n_rails;
     model->n_bodies = def->n_bodies;
     model->n_wheelsets = def->n_wheelsets;
     model->bodies = bodies;
@@ -349,6 +351,11 @@ static uint64_t hash_pairs(uint64_t h, const struct kl_model *m) {
                                   p->radius_m,
                                   p->share[KL_RIGHT],
                                   p->share[KL_LEFT],
+                                  p->tread_end[KL_RIGHT],
+                                  p->tread_end[KL_LEFT],
+                                  p->central_tan[KL_RIGHT],
+                                  p->central_tan[KL_LEFT],
+                                  p->gives,
                                   p->flange_stiffness_N_m,
                                   p->flange_damping_Ns_m};
         h = hash_u32(hash_u32(hash_u32(h, p->half), (uint32_t)p->law), p->n_shapes);
@@ -385,7 +392,7 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     h = hash_u32(hash_u32(h, m->version), m->real_bytes);
     h = kl_hash_bytes(h, m->name, sizeof m->name);
     h = kl_hash_bytes(h, &m->step_ns, sizeof m->step_ns);
-    h = hash_u32(hash_real(h, m->step_s), m->n_states);
+    h = hash_u32(hash_u32(hash_real(h, m->step_s), m->n_states), m->n_rails);
     h = hash_real(hash_real(h, m->gravity_m_s2), m->acceleration_limit_m_s2);
     h = hash_u32(hash_u32(hash_u32(h, m->n_bodies), m->n_wheelsets), m->n_pairs);
     h = hash_bodies(h, m);

@@ -271,6 +271,7 @@ struct kl_model {
     uint32_t n_wheelsets;
     uint32_t n_pairs;
     uint32_t n_states;
+    uint32_t n_rails; /* wheelsets on rails that give way sideways */
     const struct kl_body *bodies;
     const struct kl_wheelset *wheelsets;
     const struct kl_pair *pairs;

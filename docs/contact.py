@@ -114,7 +114,7 @@ def climbs(program: pathlib.Path, output: pathlib.Path, folder: pathlib.Path) ->
         for friction in FRICTION:
             rows = climb(program, folder, friction, offset)
             last = max((i for i, r in enumerate(rows) if r["axle_right_rise_m"] < 1e-3), default=0)  # from here on it climbs
-            up = [r for r in rows[last:] if 1e-3 <= r["axle_right_rise_m"] <= 4e-3 and r["axle_right_flange_push_m"] > 0]
+            up = [r for r in rows[last:] if 1e-3 <= r["axle_right_rise_m"] <= 4e-3 and r["axle_right_rail_m"] > 0]
             ratio = sum(r["axle_right_Y_N"] for r in up) / max(sum(r["axle_right_Q_N"] for r in up), 1.0)
             found[offset].append((friction, ratio, 1e3 * rows[last]["axle_yaw_rad"]))
             if friction == 0.3 and offset == OFFSETS[-1]:
@@ -134,7 +134,7 @@ def climbs(program: pathlib.Path, output: pathlib.Path, folder: pathlib.Path) ->
                  line(time, [1e-3 * r["axle_right_Q_N"] for r in shown], "Q", "second"),
                  line(time, [1e-3 * r["axle_right_flange_N"] for r in shown], "N of the flange", "third")]),
           panel(1, 0, "Push of the rail, rise of the tread", "time [s]", "[mm]",
-                [line(time, [1e3 * r["axle_right_flange_push_m"] for r in shown], "push", "first"),
+                [line(time, [1e3 * r["axle_right_rail_m"] for r in shown], "push", "first"),
                  line(time, [1e3 * r["axle_right_rise_m"] for r in shown], "rise", "second")]),
           panel(0, 1, "Y/Q", "time [s]", "Y/Q [–]",
                 [line(time, smooth([r["axle_right_Y_N"] / max(r["axle_right_Q_N"], 1e3) for r in shown]), None, "ink")]),

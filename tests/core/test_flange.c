@@ -115,8 +115,8 @@ static void flange_touches_where_the_contact_jumps(void **state) {
     }
 }
 
-/* The tread's table goes up to the touch as if there were no flange, and stays there. */
-static void tread_stays_where_the_flange_holds_it(void **state) {
+/* The tread's table goes up to the touch as if there were no flange, and one row on. */
+static void tread_ends_where_the_flange_touches(void **state) {
     (void)state;
     const struct kl_pair *pair = &rigid_forces.model.pairs[0];
     const struct kl_side_table *t = &pair->side[KL_RIGHT];
@@ -125,12 +125,16 @@ static void tread_stays_where_the_flange_holds_it(void **state) {
     for (uint32_t i = 0; i <= 2u * pair->half; i++) {
         const double w = (double)pair->step_m * ((double)i - (double)pair->half);
         const struct kl_row *row = &t->rows[i];
-        assert_true(row->carried == (kl_real)(w > touch ? 1 : 0));
-        if (w > touch) {
+        if (w > touch + (double)pair->step_m) {
             assert_memory_equal(row, end, sizeof *row);
+        } else {
+            assert_true(row->height_w != 0);
         }
     }
-    assert_true(end->height_w == 0 && end->plane > (kl_real)0.5);
+    assert_near(((double)pair->tread_end[KL_RIGHT] - (double)pair->half) * (double)pair->step_m,
+                touch, 1e-12);
+    assert_true(end->height_w == 0 && end->sin_delta > (kl_real)0.4);
+    assert_true(pair->gives == 1);
 }
 
 /* ---- at rest on two contacts ---- */
@@ -213,9 +217,9 @@ static void two_contacts_share_the_load_by_hand(void **state) {
                           {f.lever, t.lever, -l.lever, -forces[i] * r0}};
         double n[3];
         solve_three(m, n);
-        print_message("%3.0f kN: push %.3f mm; flange %.2f kN (hand %.2f), tread %.2f (%.2f), "
+        print_message("%3.0f kN: rail %.3f mm; flange %.2f kN (hand %.2f), tread %.2f (%.2f), "
                       "other wheel %.2f (%.2f)\n",
-                      1e-3 * forces[i], 1e3 * (double)right->push_m,
+                      1e-3 * forces[i], 1e3 * (double)right->rail_m,
                       1e-3 * (double)right->flange.normal_N, 1e-3 * n[0],
                       1e-3 * (double)right->tread.normal_N, 1e-3 * n[1],
                       1e-3 * (double)w->wheel[KL_LEFT].tread.normal_N, 1e-3 * n[2]);
@@ -223,9 +227,12 @@ static void two_contacts_share_the_load_by_hand(void **state) {
         assert_near((double)right->flange.normal_N, n[0], 0.015 * p);
         assert_near((double)right->tread.normal_N, n[1], 0.015 * p);
         assert_near((double)w->wheel[KL_LEFT].tread.normal_N, n[2], 0.015 * p);
-        /* the flange's push on the rail's spring */
-        assert_near(43e6 * (double)right->push_m, (double)right->flange.normal_N * f.sine,
-                    2e-3 * p);
+        /* both push on the rail's spring, over what the central contact does with half the load */
+        const double central = 0.5 * p * (double)rigid_forces.model.pairs[0].central_tan[KL_RIGHT];
+        assert_near(43e6 * (double)right->rail_m + central,
+                    (double)right->flange.normal_N * f.sine +
+                        (double)right->tread.normal_N * t.sine,
+                    3e-3 * p);
         assert_near((double)right->y_N + (double)w->wheel[KL_LEFT].y_N, forces[i], 1e-3 * p);
         assert_near((double)right->q_N + (double)w->wheel[KL_LEFT].q_N, p, 1e-3 * p);
     }
@@ -304,7 +311,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(flange_rides_up_as_the_profiles_say),
         cmocka_unit_test(flange_touches_where_the_contact_jumps),
-        cmocka_unit_test(tread_stays_where_the_flange_holds_it),
+        cmocka_unit_test(tread_ends_where_the_flange_touches),
         cmocka_unit_test(two_contacts_share_the_load_by_hand),
         cmocka_unit_test(wheel_climbs_at_nadals_limit),
     };

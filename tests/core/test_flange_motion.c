@@ -36,7 +36,7 @@ static struct ride ride_on_flange(int64_t step_ns) {
         assert_int_equal(coast(&b.model, &x, 1, &o) & KL_FAULTS_HOLD, 0);
         assert_true(tread_is_off(&o, 0, KL_RIGHT));
         ride.worst = fmax(ride.worst, fabs((double)kl_energy(&b.model, &x) - first) / scale);
-        ride.pushed = fmax(ride.pushed, (double)o.wheelset[0].wheel[KL_RIGHT].push_m);
+        ride.pushed = fmax(ride.pushed, (double)o.wheelset[0].wheel[KL_RIGHT].rail_m);
     }
     unbuild(&b);
     return ride;
@@ -321,7 +321,7 @@ static void mirrored_runs_are_mirror_images(void **state) {
             for (int s = 0; s < KL_SIDES; s++) {
                 const struct kl_wheel_output *p = &o[0].wheelset[w].wheel[s];
                 const struct kl_wheel_output *q = &o[1].wheelset[w].wheel[1 - s];
-                assert_true(p->rise_m == q->rise_m && p->push_m == q->push_m);
+                assert_true(p->rise_m == q->rise_m && p->rail_m == q->rail_m);
                 assert_true(p->q_N == q->q_N && p->y_N == -q->y_N);
                 assert_true(p->flange.normal_N == q->flange.normal_N);
                 assert_true(p->flange.t2_N == -q->flange.t2_N && p->flange.t1_N == q->flange.t1_N);
@@ -405,11 +405,8 @@ static double flange_run(int64_t step_ns, double friction) {
     return y;
 }
 
-/*
- * On tread and flange the step is of first order, with a small factor: what damps is the rail, taken
- * as it stands. With friction the tread comes off and back on within steps, at every length of step;
- * the place is then known to 1 % of the push, and no better with shorter steps.
- */
+/* On tread and flange, where the rail is held by the flange all the time, and with friction, where
+ * that and the landing of the tread come at other times in steps of other length. */
 static void flange_contact_converges(void **state) {
     (void)state;
     const double exact = flange_run(10000, 0.0);
@@ -422,10 +419,9 @@ static void flange_contact_converges(void **state) {
         f[i] = fabs(flange_run(steps[i], 0.3) - rubbed);
         print_message("step %.4f ms: y off by %.3f um without friction, %.1f um with\n",
                       1e-6 * (double)steps[i], 1e6 * e[i], 1e6 * f[i]);
-        assert_at_most(e[i], 0.3e-6);
-        assert_at_most(f[i], 40e-6);
+        assert_at_most(e[i], i == 0 ? 0.3e-6 : 0.1e-6);
+        assert_at_most(f[i], 6e-6);
     }
-    assert_true(log2(e[2] / e[4]) / 2.0 > 0.8);
 }
 
 /* ---- violence ---- */

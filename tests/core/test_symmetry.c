@@ -107,7 +107,7 @@ static void check_contact(const struct kl_contact_output *a, const struct kl_con
 
 static void check_wheel(const struct kl_wheel_output *a, const struct kl_wheel_output *b) {
     assert_true(is(a->q_N, 1, b->q_N) && is(a->y_N, -1, b->y_N));
-    assert_true(is(a->rise_m, 1, b->rise_m) && is(a->push_m, 1, b->push_m));
+    assert_true(is(a->rise_m, 1, b->rise_m) && is(a->rail_m, 1, b->rail_m));
     check_contact(&a->tread, &b->tread);
     check_contact(&a->flange, &b->flange);
 }

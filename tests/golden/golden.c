@@ -158,7 +158,7 @@ static uint64_t add_contact(uint64_t h, const struct kl_contact_output *c) {
 
 static uint64_t add_wheel(uint64_t h, const struct kl_wheel_output *w) {
     h = add_real(add_real(h, w->q_N), w->y_N);
-    h = add_real(add_real(h, w->rise_m), w->push_m);
+    h = add_real(add_real(h, w->rise_m), w->rail_m);
     return add_contact(add_contact(h, &w->tread), &w->flange);
 }
 

@@ -197,7 +197,12 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
         field(f, "inv_base_1_m", p->inv_base_1_m);
         fputs("\n     .share = ", f);
         reals(f, p->share, KL_SIDES);
+        fputs(", .tread_end = ", f);
+        reals(f, p->tread_end, KL_SIDES);
+        fputs(",\n     .central_tan = ", f);
+        reals(f, p->central_tan, KL_SIDES);
         fputs(", ", f);
+        field(f, "gives", p->gives);
         field(f, "radius_m", p->radius_m);
         fputs("\n     ", f);
         field(f, "flange_stiffness_N_m", p->flange_stiffness_N_m);
@@ -386,8 +391,8 @@ static void definition(FILE *f, const struct kl_model *m, const char *name) {
     field(f, "acceleration_limit_m_s2", m->acceleration_limit_m_s2);
     fprintf(f,
             "\n    .n_bodies = %" PRIu32 ", .n_wheelsets = %" PRIu32 ", .n_pairs = %" PRIu32
-            ", .n_states = %" PRIu32 ",\n    ",
-            m->n_bodies, m->n_wheelsets, m->n_pairs, m->n_states);
+            ", .n_states = %" PRIu32 ", .n_rails = %" PRIu32 ",\n    ",
+            m->n_bodies, m->n_wheelsets, m->n_pairs, m->n_states, m->n_rails);
     if (m->n_bodies > 0) {
         fprintf(f, ".bodies = %s_bodies, ", name);
     }

@@ -143,7 +143,7 @@ void run_csv_header(FILE *file, const struct kl_model *model) {
     static const char *const wheelset_column[] = {
         "y_m", "yaw_rad", "z_m", "roll_rad", "spin_rad_s", "y_acc_m_s2", "sum_of_Y_N", "track_y_m"};
     static const char *const wheel_column[] = {"Q_N", "Y_N", "T1_N", "T2_N", "delta_rad",
-                                              "flange_N", "flange_push_m", "rise_m"};
+                                              "flange_N", "rail_m", "rise_m"};
     fprintf(file, "time_s,s_m,speed_m_s,curvature_1_m,cant_rad,faults");
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
@@ -203,7 +203,7 @@ void run_csv_row(FILE *file, const struct kl_model *model, const struct kl_outpu
             put(file, wheel->tread.t2_N);
             put(file, wheel->tread.delta_rad);
             put(file, wheel->flange.normal_N);
-            put(file, wheel->push_m > 0 ? wheel->push_m : 0);
+            put(file, wheel->rail_m);
             put(file, wheel->rise_m);
         }
     }

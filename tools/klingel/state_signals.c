@@ -61,6 +61,12 @@ static uint32_t name_states(const struct kl_model *model, struct state_signal *s
         snprintf(name, sizeof name, "slip_%u%s", (unsigned)i, next);
         add(signals, &n, rates ? "mm/s" : "mm", "", name);
     }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        for (int s = 0; s < KL_SIDES && kl_rail_state_index(model, w, KL_RIGHT) >= 0; s++) {
+            snprintf(name, sizeof name, "%s.rail%s", s == KL_RIGHT ? "right" : "left", next);
+            add(signals, &n, rates ? "mm/s" : "mm", model->wheelsets[w].name, name);
+        }
+    }
     return n;
 }
 

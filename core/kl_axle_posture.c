@@ -1,0 +1,266 @@
+/* kl_axle_posture.c - where a wheelset and its rails are within a step. */
+#include "kl_axle.h"
+
+#include "kl_lookup.h"
+#include "kl_math.h"
+
+/* One side's row below a place in the table, which stays inside it. */
+struct cell {
+    const struct kl_row *row;
+    kl_real t;
+};
+
+static struct cell cell_at(const struct kl_pair *pair, const struct kl_side_table *table,
+                           kl_real place) {
+    const uint32_t i = (uint32_t)place;
+    const uint32_t last = 2u * pair->half - 1u;
+    const uint32_t row = i < last ? i : last;
+    const struct cell cell = {&table->rows[row], place - (kl_real)row};
+    return cell;
+}
+
+/* A tread goes no further than to where its flange touches; `within` is 1 before, else 0. */
+static void find_cells(const struct kl_pair *restrict pair, const kl_both *w,
+                       struct kl_cells *cells, kl_both *within) {
+    const kl_lane middle = kl_lane_all((kl_real)pair->half);
+    kl_both place;
+    KL_EACH_LANE(g) {
+        const kl_lane from_start = KL_LANE(*w, g) * pair->inv_step_1_m + middle;
+        const kl_lane end = kl_lane_load(pair->tread_end, g);
+        KL_LANE(place, g) = kl_lane_min(kl_lane_max(from_start, kl_lane_all(KL_R(0))), end);
+        KL_LANE(*within, g) = kl_lane_positive_or_0(end - from_start, kl_lane_all(KL_R(1)));
+    }
+    const struct cell right = cell_at(pair, &pair->side[KL_RIGHT], place[KL_RIGHT]);
+    const struct cell left = cell_at(pair, &pair->side[KL_LEFT], place[KL_LEFT]);
+    cells->below[KL_RIGHT] = right.row;
+    cells->below[KL_LEFT] = left.row;
+    KL_EACH_LANE(g) {
+        KL_LANE(cells->t, g) = kl_lane_of(right.t, left.t, g);
+    }
+}
+
+/* A column of both sides' rows: below (0), above (1). */
+#define BELOW(cells, field, g)                                                                     \
+    kl_lane_of((cells)->below[KL_RIGHT]->field, (cells)->below[KL_LEFT]->field, g)
+#define ABOVE(cells, field, g)                                                                     \
+    kl_lane_of((cells)->below[KL_RIGHT][1].field, (cells)->below[KL_LEFT][1].field, g)
+
+#define ROW_REALS (sizeof(struct kl_row) / sizeof(kl_real))
+
+/* Two neighbouring columns, the first of them `field`, linear in between. */
+#define COLUMNS(cells, field, first, second)                                                       \
+    kl_lane_columns(&(cells)->below[KL_RIGHT]->field, &(cells)->below[KL_LEFT]->field, ROW_REALS,  \
+                    (cells)->t[KL_RIGHT], (cells)->t[KL_LEFT], first, second)
+
+/* Height of either side's table at its place. */
+struct ride {
+    kl_both height;
+    kl_both slope; /* dH/dw */
+    kl_both second;
+    kl_both within; /* see find_cells */
+    kl_both rate;
+    kl_both rest; /* of the second time derivative what does not depend on y'' */
+};
+
+/* Displacement of the treads outboard, and their velocity; w over the rails in the end. */
+struct outboard {
+    kl_both w;
+    kl_both rate;
+};
+
+static void read_tables(const struct kl_pair *restrict pair, const kl_both *w,
+                        struct kl_axle *restrict axle, struct ride *restrict ride) {
+    struct kl_cells *cells = &axle->cells;
+    struct kl_coefficients *creep = &axle->creep;
+    find_cells(pair, w, cells, &ride->within);
+    COLUMNS(cells, arm_m, &axle->arm, &axle->radius);
+    COLUMNS(cells, sin_delta, &axle->sin_delta, &axle->cos_delta);
+    COLUMNS(cells, f11_1, &creep->f11, &creep->f22);
+    COLUMNS(cells, f23_1, &creep->f23, &creep->f33);
+    if (pair->n_shapes != 0) {
+        COLUMNS(cells, shape[0], &creep->shape[0], &creep->shape[1]);
+        COLUMNS(cells, shape[2], &creep->shape[2], &creep->shape[3]);
+        COLUMNS(cells, shape[4], &creep->shape[4], &creep->shape[5]);
+    }
+    KL_EACH_LANE(g) {
+        const struct kl_lane_hermite h = kl_lane_hermite(
+            BELOW(cells, height_m, g), BELOW(cells, height_w, g), ABOVE(cells, height_m, g),
+            ABOVE(cells, height_w, g), KL_LANE(cells->t, g), pair->step_m, pair->inv_step_1_m);
+        KL_LANE(ride->height, g) = h.value;
+        KL_LANE(ride->slope, g) = h.slope;
+        KL_LANE(ride->second, g) = h.second;
+    }
+}
+
+/*
+ * Where the rails go by themselves: c q' + k q = what the tread presses, with the wheel as it moves at
+ * the end of the step, implicitly. A tread that is up, or would have to pull for that, leaves the rail alone. Of
+ * a state as it stands no rail goes where it wants to be faster than in a step.
+ */
+static void carry_rails(const struct kl_pair *restrict pair, kl_real rest_N, kl_real step_s,
+                        kl_real speed_m_s, struct kl_axle *restrict axle) {
+    struct kl_rail *rail = &axle->rail;
+    const kl_real k = pair->flange_stiffness_N_m;
+    const kl_lane least = kl_lane_all(step_s * k + KL_R(1));
+    const kl_real own = pair->flange_damping_Ns_m + axle->step * k;
+    const kl_real ahead = speed_m_s * axle->x[KL_WS_YAW];
+    KL_EACH_LANE(g) {
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane inertia = KL_LANE(rail->inertia, g) * axle->inv_step;
+        const kl_lane resist = KL_LANE(rail->resist, g);
+        const kl_lane wheel = KL_LANE(axle->outboard_rate, g);
+        const kl_lane spring = k * KL_LANE(rail->start, g);
+        const kl_lane press = (KL_LANE(rail->press, g) + resist * (wheel - sign * ahead)) +
+                              inertia * (wheel - KL_LANE(axle->path_rate_before, g));
+        const kl_lane with = (press - spring) / kl_lane_max((own + resist) + inertia, least);
+        const kl_lane without = -(spring + rest_N * kl_lane_load(pair->central_tan, g)) /
+                                kl_lane_max(kl_lane_all(own), least);
+        const kl_lane more = kl_lane_max(without - with, kl_lane_all(KL_R(0)));
+        const kl_lane pressed = with + kl_lane_positive_or_0(inertia, more);
+        const kl_lane rate = pressed + KL_LANE(axle->up, g) * (without - pressed);
+        KL_LANE(rail->rate, g) = pair->gives * rate;
+        KL_LANE(rail->q, g) = KL_LANE(rail->start, g) + axle->step * KL_LANE(rail->rate, g);
+    }
+}
+
+/*
+ * What the bend of a wheel's path, H'' w'^2, adds to its vertical acceleration. A contact jumps within
+ * less than a step, and the bend just where the step ends is then a lottery: a blow of many times
+ * the right size, or none. So it is kept near the mean over the step, which the slopes at both its
+ * ends give; then the change of velocity is right whatever lies between. Where the path is smooth
+ * the two agree, and it is the bend itself.
+ */
+#define BEND_ABOUT_M_S2 10.0
+static inline kl_lane bend(const struct kl_axle *axle, kl_lane slope, kl_lane second, int g) {
+    const int steps = axle->inv_step > KL_R(0);
+    const kl_lane about = kl_lane_all(steps ? KL_R(BEND_ABOUT_M_S2) : KL_R(1e30));
+    const kl_lane rate = KL_LANE(axle->path_rate, g);
+    const kl_lane mean = (slope - KL_LANE(axle->slope_before, g)) *
+                         (KL_LANE(axle->path_rate_before, g) * axle->inv_step);
+    const kl_lane here = second * (rate * rate);
+    (void)g;
+    return kl_lane_min(kl_lane_max(here, mean - about), mean + about);
+}
+
+/* The treads' motion along their paths, the rails' motion taken off. A tread whose flange holds the
+ * rail stays where it is on it; so does one that is beyond its path's end, which must be off the
+ * rail. */
+static void follow_paths(const struct outboard *restrict out, struct kl_axle *restrict axle,
+                         struct ride *restrict ride) {
+    const struct kl_rail *rail = &axle->rail;
+    KL_EACH_LANE(g) {
+        const kl_lane free = KL_LANE(ride->within, g) * (KL_R(1) - KL_LANE(rail->held, g));
+        const kl_lane slope = free * KL_LANE(ride->slope, g);
+        const kl_lane rate = KL_LANE(out->rate, g) - KL_LANE(rail->rate, g);
+        KL_LANE(axle->slope, g) = slope;
+        KL_LANE(axle->path_rate, g) = rate;
+        KL_LANE(ride->rate, g) = slope * rate;
+        KL_LANE(ride->rest, g) =
+            bend(axle, slope, free * KL_LANE(ride->second, g), g) +
+            slope * (KL_LANE(axle->outboard_rest, g) - KL_LANE(rail->acceleration, g));
+        KL_LANE(axle->height_rate, g) = KL_LANE(ride->rate, g) - KL_LANE(axle->rise_rate, g);
+    }
+}
+
+/*
+ * The contact plane, from how the constraint moves the wheelset: z_y + s arm phi_y = -s tan(delta)
+ * (1 - r phi_y). Between rows, above all in the one in which a contact jumps, angles interpolated
+ * by themselves would contradict the heights, and the wheels' forces the motion. Where the flange
+ * holds the rail the tread does not move along its plane, which is that of its row.
+ */
+static inline void find_contact_planes(struct kl_axle *axle) {
+    KL_EACH_LANE(g) {
+        const kl_lane s_z_y = kl_lane_of(axle->z_y, -axle->z_y, g);
+        const kl_lane across = KL_R(1) - KL_LANE(axle->radius, g) * axle->phi_y;
+        const kl_lane path = -(s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / across;
+        const kl_lane row = KL_LANE(axle->sin_delta, g) / KL_LANE(axle->cos_delta, g);
+        const kl_lane tangent = path + KL_LANE(axle->rail.held, g) * (row - path);
+        const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
+        const kl_lane cos_delta = KL_R(1) / inv_cos;
+        KL_LANE(axle->inv_cos, g) = inv_cos;
+        KL_LANE(axle->cos_delta, g) = cos_delta;
+        KL_LANE(axle->sin_delta, g) = tangent * cos_delta;
+    }
+}
+
+/*
+ * Displacement relative to the rails at rest: u = y - y0 - r0 phi_x (the cross-level phi_x turns the
+ * wheelset about the rails), seen outboard from either side less half the gauge's change.
+ */
+static void find_outboard(const struct kl_pair *restrict pair, kl_real v, kl_real v_rate,
+                          struct kl_axle *restrict axle, struct outboard *restrict out) {
+    const struct kl_track_point *track = &axle->track;
+    const kl_real v2 = v * v;
+    const kl_real r0 = pair->radius_m;
+    /* d2/dt2 of anything that runs along the track: V^2 f'' + V' f' */
+    const kl_real cant_rest = v2 * track->cant_ss_1_m2 + v_rate * track->cant_s_1_m;
+    const kl_real place0 = track->value.lateral_m + r0 * track->value.cross_rad;
+    const kl_real place1 = track->slope.lateral_m + r0 * track->slope.cross_rad;
+    const kl_real place2 = track->second.lateral_m + r0 * track->second.cross_rad;
+    const kl_real whole = axle->x[KL_WS_Y] - place0;
+    const kl_real whole_rate = axle->rate[KL_WS_Y] - v * place1;
+    const kl_real u_rest = -(r0 * cant_rest + (v2 * place2 + v_rate * place1));
+    const kl_real gauge = KL_R(0.5) * track->value.gauge_m;
+    const kl_real gauge_rate = KL_R(0.5) * (v * track->slope.gauge_m);
+    const kl_real gauge_rest =
+        KL_R(0.5) * (v2 * track->second.gauge_m + v_rate * track->slope.gauge_m);
+    /* a wheel off its rail rolls the axle: the other one goes inboard, and its own tread outboard; of
+     * its flange that is in the table */
+    const kl_real lever = r0 * pair->inv_base_1_m;
+    KL_EACH_LANE(g) {
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane w = (sign * whole - gauge) - lever * KL_OTHER(axle->rise, g);
+        const kl_lane rate =
+            (sign * whole_rate - gauge_rate) - lever * KL_OTHER(axle->rise_rate, g);
+        KL_LANE(axle->outboard, g) = w;
+        KL_LANE(axle->outboard_rate, g) = rate;
+        KL_LANE(axle->outboard_rest, g) = sign * u_rest - gauge_rest;
+        KL_LANE(out->w, g) = w + lever * KL_LANE(axle->rise, g);
+        KL_LANE(out->rate, g) = rate + lever * KL_LANE(axle->rise_rate, g);
+    }
+    /* the larger |w| of both sides; the comparison is also false for a NaN */
+    const int on_table = kl_abs_real(whole) + kl_abs_real(gauge) <= pair->range_m;
+    axle->faults = on_table ? 0u : (uint32_t)KL_FAULT_DERAILED;
+}
+
+void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
+                     kl_real speed_rate_m_s2, kl_real rest_N, kl_real step_s,
+                     struct kl_axle *restrict axle) {
+    const struct kl_track_point *track = &axle->track;
+    const kl_real v = speed_m_s;
+    const kl_real v2 = v * v;
+    struct outboard out;
+    struct ride ride;
+    find_outboard(pair, v, speed_rate_m_s2, axle, &out);
+    carry_rails(pair, rest_N, step_s, v, axle);
+    KL_EACH_LANE(g) {
+        KL_LANE(out.w, g) -= KL_LANE(axle->rail.q, g);
+    }
+    read_tables(pair, &out.w, axle, &ride);
+    KL_EACH_LANE(g) {
+        KL_LANE(axle->height, g) = KL_LANE(ride.height, g) - KL_LANE(axle->rise, g);
+    }
+    kl_axle_meet_flange(pair, step_s, axle);
+    follow_paths(&out, axle, &ride);
+
+    const kl_real inv_base = pair->inv_base_1_m;
+    const kl_real q_r = pair->share[KL_RIGHT];
+    const kl_real q_l = pair->share[KL_LEFT];
+    const kl_real cant_rest = v2 * track->cant_ss_1_m2 + speed_rate_m_s2 * track->cant_s_1_m;
+    axle->z_y = q_r * axle->slope[KL_RIGHT] - q_l * axle->slope[KL_LEFT];
+    axle->phi_y = KL_SUM(axle->slope) * inv_base;
+    find_contact_planes(axle);
+    axle->z =
+        (q_r * axle->height[KL_RIGHT] + q_l * axle->height[KL_LEFT]) + track->value.vertical_m;
+    axle->z_rate = (q_r * axle->height_rate[KL_RIGHT] + q_l * axle->height_rate[KL_LEFT]) +
+                   v * track->slope.vertical_m;
+    axle->z_rest = (q_r * ride.rest[KL_RIGHT] + q_l * ride.rest[KL_LEFT]) +
+                   (v2 * track->second.vertical_m + speed_rate_m_s2 * track->slope.vertical_m);
+    axle->roll =
+        (axle->height[KL_RIGHT] - axle->height[KL_LEFT]) * inv_base + track->value.cross_rad;
+    axle->roll_rate = (axle->height_rate[KL_RIGHT] - axle->height_rate[KL_LEFT]) * inv_base +
+                      v * track->slope.cross_rad;
+    axle->roll_rest =
+        (ride.rest[KL_RIGHT] - ride.rest[KL_LEFT]) * inv_base +
+        ((v2 * track->second.cross_rad + speed_rate_m_s2 * track->slope.cross_rad) + cant_rest);
+}
