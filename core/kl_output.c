@@ -14,14 +14,9 @@ void kl_write_output(const struct kl_model *model, const struct kl_state *state,
     output->s_m = state->s_m;
     output->speed_m_s = state->speed_m_s;
     output->acceleration_m_s2 = stage->speed_rate_m_s2;
-    const struct kl_irregularity_row none = {0};
     output->track = e->reference;
-    output->track.value = none;
-    output->track.slope = none;
-    output->track.second = none;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
-        const struct kl_track_point *here = e->at_body[b];
         const struct kl_body_motion *motion = &e->body[b];
         struct kl_body_output *o = &output->body[b];
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
@@ -31,8 +26,7 @@ void kl_write_output(const struct kl_model *model, const struct kl_state *state,
             o->acceleration[f] = has ? motion->rate[2u * f + 1u] : KL_R(0);
             x += has ? 2 : 0;
         }
-        const kl_real aside = here->curvature_1_m * (v * v) - model->gravity_m_s2 * here->cant_rad;
-        o->acceleration[KL_Y] += (body->freedoms & KL_HAS(KL_Y)) != 0 ? aside : KL_R(0);
+        o->acceleration[KL_Y] += (body->freedoms & KL_HAS(KL_Y)) != 0 ? motion->aside : KL_R(0);
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_axle *axle = &e->axle[w];

@@ -65,8 +65,8 @@ void kl_input_init(struct kl_input *input) {
 /* ---- life ---- */
 
 enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_real s_m,
-                       kl_real speed_m_s) {
-    if (model == NULL || state == NULL || model->version != KL_MODEL_VERSION ||
+                       kl_real speed_m_s, struct kl_work *work) {
+    if (model == NULL || state == NULL || work == NULL || model->version != KL_MODEL_VERSION ||
         model->n_bodies > KL_MAX_BODIES || model->n_wheelsets > KL_MAX_WHEELSETS ||
         !(speed_m_s >= KL_R(0) && speed_m_s <= KL_R(KL_MAX_SPEED_M_S)) || !kl_finite_real(s_m)) {
         return KL_ERR_ARGUMENT;
@@ -78,7 +78,7 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
     state->speed_m_s = speed_m_s;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
-        struct kl_track_point here;
+        struct kl_track_layout here;
         kl_track_layout_at(&model->track, s_m + body->x_m, &here);
         const kl_real along = speed_m_s * here.cant_s_1_m;
         const kl_real rates[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
@@ -93,7 +93,7 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_pair *pair = &model->pairs[wheelset->pair];
-        struct kl_track_point here;
+        struct kl_track_layout here;
         kl_track_layout_at(&model->track, s_m + wheelset->x_m, &here);
         kl_real *x = &state->x[kl_wheelset_state_index(model, w, KL_WS_Y)];
         x[KL_WS_Y_RATE] = pair->radius_m * (speed_m_s * here.cant_s_1_m);
@@ -102,7 +102,7 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
         state->lift[w].expected_N[KL_RIGHT] = KL_R(0.5) * wheelset->static_load_N;
         state->lift[w].expected_N[KL_LEFT] = KL_R(0.5) * wheelset->static_load_N;
     }
-    kl_refresh(model, state);
+    kl_refresh(model, state, work);
     return KL_OK;
 }
 
@@ -174,22 +174,29 @@ static void evaluate_still(const struct kl_model *model, const struct kl_state *
     }
 }
 
-void kl_rates(const struct kl_model *model, const struct kl_state *state,
-              const struct kl_input *input, kl_real rates[KL_MAX_STATES],
-              struct kl_output *output) {
-    struct kl_evaluation e;
-    struct kl_input kept;
-    struct kl_lift lift[KL_MAX_WHEELSETS];
-    (void)check_input(model, state, input, &kept);
+/* The same for a state that is not to be changed, under any input. */
+static void look_at(const struct kl_model *model, const struct kl_state *state,
+                    const struct kl_input *input, struct kl_evaluation *e) {
+    (void)check_input(model, state, input, &e->kept);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        lift[w] = state->lift[w];
+        e->lift[w] = state->lift[w];
     }
-    evaluate_still(model, state, &kept, lift, &e);
-    write_rates(model, &e, rates);
-    if (output != NULL) {
-        const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-        kl_write_output(model, state, &stage, &e, output);
-    }
+    evaluate_still(model, state, &e->kept, e->lift, e);
+}
+
+void kl_rates(const struct kl_model *model, const struct kl_state *state,
+              const struct kl_input *input, kl_real rates[KL_MAX_STATES], struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
+    look_at(model, state, input, e);
+    write_rates(model, e, rates);
+}
+
+void kl_observe(const struct kl_model *model, const struct kl_state *state,
+                const struct kl_input *input, struct kl_output *output, struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
+    const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
+    look_at(model, state, input, e);
+    kl_write_output(model, state, &stage, e, output);
 }
 
 /*
@@ -310,17 +317,16 @@ static int is_sound(const struct kl_model *model, const struct kl_evaluation *e)
 
 /* ---- the step ---- */
 
-void kl_refresh(const struct kl_model *model, struct kl_state *state) {
-    struct kl_evaluation e;
-    struct kl_input input;
-    kl_input_init(&input);
-    evaluate_still(model, state, &input, state->lift, &e);
-    write_rates(model, &e, state->rate);
+void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
+    kl_input_init(&e->kept);
+    evaluate_still(model, state, &e->kept, state->lift, e);
+    write_rates(model, e, state->rate);
     const uint32_t first = kl_wheelset_states(model);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         kl_real *rate = &state->rate[first + KL_WHEELSET_STATES * w];
         struct kl_stiffness z;
-        kl_axle_stiffness(&model->wheelsets[w], &e.axle[w], &e.forces[w], model->step_s, &z);
+        kl_axle_stiffness(&model->wheelsets[w], &e->axle[w], &e->forces[w], model->step_s, &z);
         rate[KL_WS_Y_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y)));
         rate[KL_WS_YAW_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.yaw)));
         rate[KL_WS_SPIN] *= kl_lane_first(carried_part(kl_lane_all(z.spin)));
@@ -345,25 +351,24 @@ static int settle(const struct kl_model *model, struct kl_state *state,
 }
 
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
-                 struct kl_output *output) {
-    struct kl_evaluation e;
-    struct kl_input kept;
+                 struct kl_output *output, struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
     const kl_real h = model->step_s;
-    uint32_t faults = check_input(model, state, input, &kept);
+    uint32_t faults = check_input(model, state, input, &e->kept);
     const kl_real most = model->acceleration_limit_m_s2 * h;
-    const kl_real change = kl_clamp(kept.speed_m_s - state->speed_m_s, -most, most);
+    const kl_real change = kl_clamp(e->kept.speed_m_s - state->speed_m_s, -most, most);
     const kl_real v = state->speed_m_s + change;
     const struct kl_stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v)), v,
                                  change / h};
     const struct kl_origin from = {state->x, state->rate, state->lift, h};
-    kl_evaluate(model, &from, &end, &kept, &e);
-    faults |= e.faults;
-    const int sound = is_sound(model, &e) && kl_finite_real(end.s_m);
+    kl_evaluate(model, &from, &end, &e->kept, e);
+    faults |= e->faults;
+    const int sound = is_sound(model, e) && kl_finite_real(end.s_m);
     faults |= sound ? 0u : (uint32_t)KL_FAULT_NONFINITE;
 
-    const int hold = settle(model, state, &e, &end, faults);
+    const int hold = settle(model, state, e, &end, faults);
     if (output != NULL && !hold) {
-        kl_write_output(model, state, &end, &e, output);
+        kl_write_output(model, state, &end, e, output);
     } else if (output != NULL) { /* the last good output stays; time and faults go on */
         output->tick = state->tick;
         output->time_ns = (int64_t)state->tick * model->step_ns;

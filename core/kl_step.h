@@ -137,9 +137,26 @@ struct kl_output {
     kl_real s_m;
     kl_real speed_m_s;
     kl_real acceleration_m_s2;
-    struct kl_track_point track; /* at the reference point; the layout alone, no irregularities */
+    struct kl_track_layout track; /* at the reference point */
     struct kl_body_output body[KL_MAX_BODIES];
     struct kl_wheelset_output wheelset[KL_MAX_WHEELSETS];
+};
+
+/*
+ * Where an evaluation puts what it works out on the way, so that a step needs little stack. Opaque,
+ * and without meaning between two calls: nothing of it ever reaches a state or an output, and it
+ * need not be cleared. Any number of vehicles and models that are stepped in turn can share one; two
+ * threads need two.
+ */
+#define KL_WORK_REALS                                                                              \
+    (32u + 40u * KL_MAX_BODIES + 288u * KL_MAX_WHEELSETS + 2u * KL_MAX_SLIPS + KL_MAX_ACTUATORS)
+#ifdef __cplusplus
+#define KL_ALIGN(bytes) alignas(bytes)
+#else
+#define KL_ALIGN(bytes) _Alignas(bytes)
+#endif
+struct kl_work {
+    KL_ALIGN(16) kl_real room[KL_WORK_REALS];
 };
 
 /* All zero, friction factors 1. Bound: constant. */
@@ -148,10 +165,10 @@ void kl_input_init(struct kl_input *input);
 /*
  * Puts a vehicle at rest relative to the track at distance s, rolling at speed V
  * (0..KL_MAX_SPEED_M_S), wheels rolling freely, all displacements zero, faults clear, tick 0.
- * KL_ERR_ARGUMENT: NULL, a model that does not fit, or V out of range.
+ * KL_ERR_ARGUMENT: NULL, a model that does not fit, or V out of range. Bound: 16 evaluations.
  */
 enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_real s_m,
-                       kl_real speed_m_s);
+                       kl_real speed_m_s, struct kl_work *work);
 
 /* Where a freedom lives in state->x; -1 where the body does not have it. `rate` 1 for its rate. */
 int32_t kl_body_state_index(const struct kl_model *model, uint32_t body, enum kl_freedom freedom,
@@ -160,8 +177,8 @@ int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
                                 enum kl_wheelset_state which);
 
 /* To be called after changing x, s or V of a state by hand: finds the rates with which it goes on.
- * kl_init and kl_restore leave nothing to be done. */
-void kl_refresh(const struct kl_model *model, struct kl_state *state);
+ * kl_init and kl_restore leave nothing to be done. Bound: 16 evaluations. */
+void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_work *work);
 
 /*
  * Advances one vehicle by one step. `input` acts over the whole step; `output` may be NULL. Returns
@@ -175,17 +192,20 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state);
  * Re-entrant: touches nothing but its arguments.
  */
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
-                 struct kl_output *output);
+                 struct kl_output *output, struct kl_work *work);
 
-/* The right-hand side alone: rates of state->x at the state's own s and V, and outputs there;
- * `output` may be NULL. Both are exact for the state. Used for linearisation and to look at a state
- * without stepping. */
+/* The right-hand side alone: rates of state->x at the state's own s and V, exact for the state. Used
+ * for linearisation. Bound: 16 evaluations. */
 void kl_rates(const struct kl_model *model, const struct kl_state *state,
-              const struct kl_input *input, kl_real rates[KL_MAX_STATES], struct kl_output *output);
+              const struct kl_input *input, kl_real rates[KL_MAX_STATES], struct kl_work *work);
+
+/* The outputs of a state as it stands, without a step; likewise. */
+void kl_observe(const struct kl_model *model, const struct kl_state *state,
+                const struct kl_input *input, struct kl_output *output, struct kl_work *work);
 
 /* Total mechanical energy relative to the frame moving with the track: kinetic, elastic and
  * gravitational, J. For tests on straight, smooth track. */
-kl_real kl_energy(const struct kl_model *model, const struct kl_state *state);
+kl_real kl_energy(const struct kl_model *model, const struct kl_state *state, struct kl_work *work);
 
 /* Unlatches all faults. After a holding fault the state is what it was before; restore or init it
  * first if need be. */

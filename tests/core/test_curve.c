@@ -17,11 +17,11 @@ static void steady(struct kl_pair_def pair, struct built *b, struct kl_state *x,
     }
     endless_curve(&v, KAPPA, CANT);
     build(&v, b);
-    assert_int_equal(kl_init(&b->model, x, 0, (kl_real)SPEED), KL_OK);
+    assert_int_equal(kl_init(&b->model, x, 0, (kl_real)SPEED, work()), KL_OK);
     for (uint32_t w = 0; w < 2; w++) {
         wheelset_x(&b->model, x, w)[KL_WS_Y] = (kl_real)-2e-3;
     }
-    kl_refresh(&b->model, x);
+    kl_refresh(&b->model, x, work());
     assert_int_equal(coast(&b->model, x, 60000, o), 0);
     struct kl_state later = *x;
     assert_int_equal(coast(&b->model, &later, 1, NULL), 0);

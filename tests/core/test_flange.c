@@ -149,13 +149,13 @@ static void push_to(double force, double settle_s, struct rest *rest) {
     pushed_wheelset(&v, 1e5, 5e7, 2e5);
     v.wheelset[0].creep.friction = 0;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 10), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 10, work()), KL_OK);
     kl_input_init(&in);
     in.speed_m_s = 10;
     const int rise = (int)(force / 25.0);
     for (int i = 0; i < rise + (int)(1e3 * settle_s); i++) {
         in.actuator_N[PUSH_Y] = (kl_real)fmin(25.0 * i, force);
-        assert_int_equal(kl_step(&b.model, &x, &in, &rest->o) & KL_FAULTS_HOLD, 0);
+        assert_int_equal(kl_step(&b.model, &x, &in, &rest->o, work()) & KL_FAULTS_HOLD, 0);
     }
     rest->force = force;
     unbuild(&b);
@@ -251,13 +251,13 @@ static struct climb climb(double friction, double yaw) {
     pushed_wheelset(&v, 1e5, 5e7, 2e5);
     v.wheelset[0].creep.friction = (kl_real)friction;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 20, work()), KL_OK);
     kl_input_init(&in);
     in.speed_m_s = 20;
     for (int i = 0; i < 60000 && (climb.faults & KL_FAULTS_HOLD) == 0; i++) {
         in.actuator_N[PUSH_YAW] = (kl_real)(5e7 * yaw * fmin(i / 2000.0, 1.0));
         in.actuator_N[PUSH_Y] = (kl_real)(5.0 * fmax(i - 4000.0, 0.0));
-        climb.faults = kl_step(&b.model, &x, &in, &o);
+        climb.faults = kl_step(&b.model, &x, &in, &o, work());
         const struct kl_wheel_output *wheel = &o.wheelset[0].wheel[KL_RIGHT];
         assert_true(isfinite((double)wheel->y_N) && isfinite((double)wheel->q_N));
         mean_y += 0.02 * ((double)wheel->y_N - mean_y);

@@ -23,19 +23,20 @@ static struct ride ride_on_flange(int64_t step_ns) {
     build(&v, &b);
     /* a damping of 0 in the definition means the usual one where no stiffness is stated */
     assert_true(b.model.pairs[0].flange_damping_Ns_m == 0);
-    assert_int_equal(kl_init(&b.model, &x, 0, 10), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 10, work()), KL_OK);
     kl_real *q = wheelset_x(&b.model, &x, 0);
     q[KL_WS_Y] = (kl_real)6.7e-3;
     q[KL_WS_Y_RATE] = (kl_real)0.15;
     x.lift[0].rise_m[KL_RIGHT] = (kl_real)6e-3;
     x.lift[0].rate_m_s[KL_RIGHT] = (kl_real)0.2;
-    kl_refresh(&b.model, &x);
-    const double first = (double)kl_energy(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
+    const double first = (double)kl_energy(&b.model, &x, work());
     const double scale = 0.5 * 1250.0 * (0.15 * 0.15 + 0.25 * 0.2 * 0.2);
     for (int64_t t = 0; t < 30000000; t += step_ns) {
         assert_int_equal(coast(&b.model, &x, 1, &o) & KL_FAULTS_HOLD, 0);
         assert_true(tread_is_off(&o, 0, KL_RIGHT));
-        ride.worst = fmax(ride.worst, fabs((double)kl_energy(&b.model, &x) - first) / scale);
+        ride.worst =
+            fmax(ride.worst, fabs((double)kl_energy(&b.model, &x, work()) - first) / scale);
         ride.pushed = fmax(ride.pushed, (double)o.wheelset[0].wheel[KL_RIGHT].push_m);
     }
     unbuild(&b);
@@ -76,17 +77,17 @@ static struct blow hit(double speed, double load, double friction) {
     v.wheelset[0].load_N = load;
     v.wheelset[0].creep.friction = (kl_real)friction;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 0), KL_OK);
-    assert_int_equal(kl_init(&b.model, &rest, 0, 0), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 0, work()), KL_OK);
+    assert_int_equal(kl_init(&b.model, &rest, 0, 0, work()), KL_OK);
     kl_real *q = wheelset_x(&b.model, &x, 0);
     q[KL_WS_Y] = (kl_real)4e-3;
     q[KL_WS_Y_RATE] = (kl_real)speed;
-    kl_refresh(&b.model, &x);
-    const double none = (double)kl_energy(&b.model, &rest);
-    const double first = (double)kl_energy(&b.model, &x) - none;
+    kl_refresh(&b.model, &x, work());
+    const double none = (double)kl_energy(&b.model, &rest, work());
+    const double first = (double)kl_energy(&b.model, &x, work()) - none;
     for (int i = 0; i < 1000; i++) {
         blow.faults = coast(&b.model, &x, 1, &o);
-        blow.left = ((double)kl_energy(&b.model, &x) - none) / first;
+        blow.left = ((double)kl_energy(&b.model, &x, work()) - none) / first;
         blow.most = fmax(blow.most, blow.left);
         for (int s = 0; s < KL_SIDES; s++) {
             blow.rise = fmax(blow.rise, (double)o.wheelset[0].wheel[s].rise_m);
@@ -141,10 +142,10 @@ static void a_lifted_axle_falls_and_lands(void **state) {
     const double h = 1e-3;
     pushed_wheelset(&v, 0.0, 5e7, 0.0);
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 20, work()), KL_OK);
     x.lift[0].rise_m[KL_RIGHT] = (kl_real)height;
     x.lift[0].rise_m[KL_LEFT] = (kl_real)height;
-    kl_refresh(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
     double impulse = 0.0;
     int landed = 0;
     for (int i = 1; i <= 200; i++) {
@@ -189,12 +190,12 @@ static void a_lifted_wheel_turns_the_axle(void **state) {
     v.element[0].point_a_m[2] = -(double)ARCS_R0;
     v.element[0].point_b_m[2] = -(double)ARCS_R0;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 20, work()), KL_OK);
     x.lift[0].rise_m[KL_RIGHT] = (kl_real)4e-3;
-    kl_refresh(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
     /* rise'' = 2 l m g l/(I_x + m l^2) */
     const double falls = 2.0 * l * m * g * l / (i_x + m * l * l);
-    const double first = (double)kl_energy(&b.model, &x);
+    const double first = (double)kl_energy(&b.model, &x, work());
     double before = first;
     for (int i = 1; i <= 20; i++) {
         const double t = 1e-3 * i;
@@ -205,7 +206,7 @@ static void a_lifted_wheel_turns_the_axle(void **state) {
     }
     for (int i = 0; i < 300; i++) {
         assert_int_equal(coast(&b.model, &x, 1, &o) & KL_FAULTS_HOLD, 0);
-        const double now = (double)kl_energy(&b.model, &x);
+        const double now = (double)kl_energy(&b.model, &x, work());
         assert_at_most(now - before, 2.0);
         assert_at_most(now - first, 2.0);
         before = now;
@@ -229,13 +230,13 @@ static void derailment_is_told_and_held(void **state) {
     double highest = 0.0;
     pushed_wheelset(&v, 1e5, 5e7, 2e5);
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 20, work()), KL_OK);
     kl_input_init(&in);
     in.speed_m_s = 20;
     uint32_t faults = 0;
     for (int i = 0; i < 40000 && (faults & KL_FAULTS_HOLD) == 0; i++) {
         in.actuator_N[PUSH_Y] = (kl_real)(5.0 * i);
-        faults = kl_step(&b.model, &x, &in, &o);
+        faults = kl_step(&b.model, &x, &in, &o, work());
         highest = fmax(highest, (double)o.wheelset[0].wheel[KL_RIGHT].rise_m);
     }
     print_message("derailed after the wheel had risen %.1f mm, at y %.1f mm\n", 1e3 * highest,
@@ -244,7 +245,7 @@ static void derailment_is_told_and_held(void **state) {
     assert_true(highest > 15e-3 || o.wheelset[0].y_m > (kl_real)15e-3);
     assert_int_equal(x.fault_tick != 0, 1);
     held = x;
-    assert_int_equal(kl_step(&b.model, &x, &in, &o), faults);
+    assert_int_equal(kl_step(&b.model, &x, &in, &o, work()), faults);
     assert_int_equal(x.tick, held.tick + 1u);
     assert_memory_equal(x.x, held.x, sizeof x.x);
     assert_memory_equal(x.lift, held.lift, sizeof x.lift);
@@ -303,14 +304,14 @@ static void mirrored_runs_are_mirror_images(void **state) {
     for (int i = 0; i < 2; i++) {
         uneven_wagon(&v, i);
         build(&v, &m[i]);
-        assert_int_equal(kl_init(&m[i].model, &x[i], 0, 14), KL_OK);
+        assert_int_equal(kl_init(&m[i].model, &x[i], 0, 14, work()), KL_OK);
     }
     for (int n = 0; n < 12000; n++) {
         for (int i = 0; i < 2; i++) {
             struct kl_input in;
             uneven_input(&in, n, i);
             strike(&x[i], n, i);
-            assert_int_equal(kl_step(&m[i].model, &x[i], &in, &o[i]) & KL_FAULTS_HOLD, 0);
+            assert_int_equal(kl_step(&m[i].model, &x[i], &in, &o[i], work()) & KL_FAULTS_HOLD, 0);
         }
         look(&o[0]);
         for (uint32_t w = 0; w < 2; w++) {
@@ -349,15 +350,15 @@ static void snapshots_hold_flange_and_lift(void **state) {
     int live = -1;
     uneven_wagon(&v, 0);
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 14), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 14, work()), KL_OK);
     for (int n = 0; n < 12000; n++) {
         struct kl_input in;
         uneven_input(&in, n, 0);
         strike(&x, n, 0);
         strike(&y, n, 0);
-        assert_int_equal(kl_step(&b.model, &x, &in, &o) & KL_FAULTS_HOLD, 0);
+        assert_int_equal(kl_step(&b.model, &x, &in, &o, work()) & KL_FAULTS_HOLD, 0);
         if (live >= 0) {
-            (void)kl_step(&b.model, &y, &in, NULL);
+            (void)kl_step(&b.model, &y, &in, NULL, work());
             assert_true(kl_state_hash(&x) == kl_state_hash(&y));
             assert_memory_equal(&x, &y, sizeof x);
             live = live > 0 ? live - 1 : -1;
@@ -389,16 +390,16 @@ static double flange_run(int64_t step_ns, double friction) {
     v.def.step_ns = step_ns;
     v.wheelset[0].creep.friction = (kl_real)friction;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 20, work()), KL_OK);
     kl_real *q = wheelset_x(&b.model, &x, 0);
     q[KL_WS_Y] = (kl_real)7e-3;
     q[KL_WS_Y_RATE] = (kl_real)0.02;
-    kl_refresh(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
     kl_input_init(&in);
     in.speed_m_s = 20;
     for (int64_t t = step_ns; t <= 100000000; t += step_ns) {
         in.actuator_N[PUSH_Y] = (kl_real)(9e4 + 2e4 * sin(40e-9 * (double)t));
-        assert_int_equal(kl_step(&b.model, &x, &in, NULL) & KL_FAULTS_HOLD, 0);
+        assert_int_equal(kl_step(&b.model, &x, &in, NULL, work()) & KL_FAULTS_HOLD, 0);
     }
     const double y = (double)q[KL_WS_Y];
     unbuild(&b);
@@ -440,9 +441,9 @@ static void check_contact(const struct kl_contact_output *c, double mu, double *
 }
 
 static void shake(const struct kl_model *m, struct kl_state *x, uint64_t *seed) {
-    assert_int_equal(
-        kl_init(m, x, (kl_real)random_between(seed, 0, 150), (kl_real)random_between(seed, 0, 60)),
-        KL_OK);
+    assert_int_equal(kl_init(m, x, (kl_real)random_between(seed, 0, 150),
+                             (kl_real)random_between(seed, 0, 60), work()),
+                     KL_OK);
     for (uint32_t i = 0; i < 2; i++) {
         kl_real *q = wheelset_x(m, x, i);
         q[KL_WS_Y] += (kl_real)random_between(seed, -8e-3, 8e-3);
@@ -457,7 +458,7 @@ static void shake(const struct kl_model *m, struct kl_state *x, uint64_t *seed) 
             }
         }
     }
-    kl_refresh(m, x);
+    kl_refresh(m, x, work());
 }
 
 static void violent_runs_stay_within_their_limits(void **state) {
@@ -490,7 +491,7 @@ static void violent_runs_stay_within_their_limits(void **state) {
                     in.side_force_N[0] = (kl_real)random_between(&seed, -3e5, 3e5);
                     in.friction_factor[0][0] = (kl_real)random_between(&seed, 0, 2);
                 }
-                faults = kl_step(&b.model, &x, &in, &o);
+                faults = kl_step(&b.model, &x, &in, &o, work());
                 if ((faults & KL_FAULTS_HOLD) != 0) {
                     break;
                 }

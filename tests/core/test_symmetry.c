@@ -47,7 +47,7 @@ static void lopsided_wagon(struct vehicle *v, struct kl_pair_def pair, int mirro
 }
 
 static void start(const struct kl_model *m, struct kl_state *x, double sign) {
-    assert_int_equal(kl_init(m, x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(m, x, 0, 20, work()), KL_OK);
     for (uint32_t w = 0; w < 2; w++) {
         kl_real *q = wheelset_x(m, x, w);
         q[KL_WS_Y] = (kl_real)(sign * 1.3e-3);
@@ -61,7 +61,7 @@ static void start(const struct kl_model *m, struct kl_state *x, double sign) {
     x->x[kl_body_state_index(m, 0, KL_ROLL, 0)] = (kl_real)(sign * 3e-3);
     x->x[kl_body_state_index(m, 0, KL_PITCH, 0)] = (kl_real)4e-4;
     x->x[kl_body_state_index(m, 0, KL_YAW, 1)] += (kl_real)(sign * 1e-3);
-    kl_refresh(m, x);
+    kl_refresh(m, x, work());
 }
 
 /* The sign that a state takes in the mirror. */
@@ -149,7 +149,7 @@ static void mirrored_runs(struct kl_pair_def pair) {
     }
     for (int n = 0; n < STEPS; n++) {
         for (int i = 0; i < 2; i++) {
-            assert_int_equal(kl_step(&m[i].model, &x[i], &in[i], &o[i]), 0);
+            assert_int_equal(kl_step(&m[i].model, &x[i], &in[i], &o[i], work()), 0);
         }
         check_state(&m[0].model, &x[0], &x[1]);
         check_output(&o[0], &o[1]);
@@ -183,7 +183,7 @@ static void a_symmetric_run_never_leaves_the_middle(void **state) {
     v.track.irregularity.lateral_m = NULL;
     v.track.irregularity.cross_rad = NULL;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 60), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 60, work()), KL_OK);
     assert_int_equal(coast(&b.model, &x, STEPS, &o), 0);
     for (uint32_t w = 0; w < 2; w++) {
         const kl_real *q = wheelset_x(&b.model, &x, w);

@@ -228,16 +228,17 @@ static int run_model(const char *name, const struct kl_model *model, const struc
                      unsigned most_steps) {
     static struct kl_output o;
     static struct kl_state x;
+    static struct kl_work work;
     struct kl_input input;
     const struct kl_output blank = {0};
     o = blank;
     if (kl_model_check(model) != KL_OK ||
-        kl_init(model, &x, (kl_real)run->from_m, (kl_real)run->speed_m_s) != KL_OK) {
+        kl_init(model, &x, (kl_real)run->from_m, (kl_real)run->speed_m_s, &work) != KL_OK) {
         printf("failed %s: model\n", name);
         return 1;
     }
     x.x[kl_wheelset_state_index(model, 0, KL_WS_Y)] += (kl_real)run->y_m;
-    kl_refresh(model, &x);
+    kl_refresh(model, &x, &work);
     kl_input_init(&input);
     print_columns(name, model);
     input.speed_m_s = (kl_real)run->target_m_s;
@@ -245,7 +246,7 @@ static int run_model(const char *name, const struct kl_model *model, const struc
     uint32_t faults = 0;
     unsigned steps = run->steps < most_steps ? run->steps : most_steps;
     for (unsigned i = 1; i <= steps; i++) {
-        faults = kl_step(model, &x, &input, &o);
+        faults = kl_step(model, &x, &input, &o, &work);
         streams.states = add_hash(streams.states, kl_state_hash(&x));
         streams.outputs = add_output(streams.outputs, model, &o);
         if (i % TRACE_EVERY == 0) {

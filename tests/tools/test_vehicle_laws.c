@@ -48,7 +48,7 @@ static void every_law_runs_in_a_curve_of_300_m(void **state) {
         add_ramp(v.cant, &v.track.n_cant, KL_RAMP_CONSTANT, 20.0, 0.0);
         add_ramp(v.cant, &v.track.n_cant, KL_RAMP_LINEAR, 60.0, 0.05);
         build(&v, &b);
-        assert_int_equal(kl_init(&b.model, &x, 0, 15), KL_OK);
+        assert_int_equal(kl_init(&b.model, &x, 0, 15, work()), KL_OK);
         assert_int_equal(coast(&b.model, &x, 17000, &o) & KL_FAULTS_HOLD, 0);
         double side = 0.0;
         double load_sum = 0.0;
@@ -90,18 +90,17 @@ static void laws_agree_where_creepages_are_small(void **state) {
         struct kl_state x;
         struct kl_input in;
         struct kl_output o;
-        kl_real rates[KL_MAX_STATES];
         double t2[2];
         wagon_with(&v, laws[k]);
         v.wheelset[0].creep.friction = (kl_real)1.0;
         v.wheelset[1].creep.friction = (kl_real)1.0;
         build(&v, &b);
-        assert_int_equal(kl_init(&b.model, &x, 0, 15), KL_OK);
+        assert_int_equal(kl_init(&b.model, &x, 0, 15, work()), KL_OK);
         kl_input_init(&in);
         in.speed_m_s = 15;
         for (int i = 0; i < 2; i++) {
             wheelset_x(&b.model, &x, 0)[KL_WS_YAW] = (kl_real)(i == 0 ? -1e-5 : 1e-5);
-            kl_rates(&b.model, &x, &in, rates, &o);
+            kl_observe(&b.model, &x, &in, &o, work());
             t2[i] = (double)o.wheelset[0].wheel[KL_RIGHT].tread.t2_N;
         }
         slope[k] = (t2[1] - t2[0]) / 2e-5;
@@ -132,11 +131,11 @@ static void start_pair(struct pair_of_runs *p, enum kl_creep_law law, int falls)
     }
     build(&v, &p->b);
     for (int i = 0; i < 2; i++) {
-        assert_int_equal(kl_init(&p->b.model, &p->x[i], 0, 15), KL_OK);
+        assert_int_equal(kl_init(&p->b.model, &p->x[i], 0, 15, work()), KL_OK);
         kl_input_init(&p->in[i]);
         p->in[i].speed_m_s = 15;
         for (int n = 0; n < 3000; n++) {
-            (void)kl_step(&p->b.model, &p->x[i], &p->in[i], &p->o[i]);
+            (void)kl_step(&p->b.model, &p->x[i], &p->in[i], &p->o[i], work());
         }
     }
     assert_memory_equal(&p->x[0], &p->x[1], sizeof p->x[0]);
@@ -145,7 +144,8 @@ static void start_pair(struct pair_of_runs *p, enum kl_creep_law law, int falls)
 /* One step with the changed input of run 1: the wheel's creep changes, no other's does. */
 static void step_pair(struct pair_of_runs *p, uint32_t w, int side, double limit) {
     for (int i = 0; i < 2; i++) {
-        assert_int_equal(kl_step(&p->b.model, &p->x[i], &p->in[i], &p->o[i]) & KL_FAULTS_HOLD, 0);
+        assert_int_equal(
+            kl_step(&p->b.model, &p->x[i], &p->in[i], &p->o[i], work()) & KL_FAULTS_HOLD, 0);
     }
     for (uint32_t k = 0; k < 2; k++) {
         for (int s = 0; s < KL_SIDES; s++) {

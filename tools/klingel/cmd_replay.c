@@ -49,10 +49,9 @@ static void print_summary(const struct replay *p, bool same) {
 }
 
 static enum replay_result replay_all(struct replay *p, const struct arguments *a, FILE *csv) {
-    kl_real rates[KL_MAX_STATES];
     enum replay_result result = REPLAY_STEP;
     if (csv != NULL) {
-        kl_rates(&p->m.model, &p->state, &p->input, rates, &p->output);
+        kl_observe(&p->m.model, &p->state, &p->input, &p->output, cli_work());
         run_csv_header(csv, &p->m.model);
         run_csv_row(csv, &p->m.model, &p->output);
     }

@@ -43,8 +43,9 @@ struct run {
 };
 
 static int start(struct run *run, const struct arguments *a) {
-    enum kl_status status = kl_init(
-        run->model, &run->state, isnan(a->from_m) ? 0 : (kl_real)a->from_m, (kl_real)a->speed_m_s);
+    enum kl_status status =
+        kl_init(run->model, &run->state, isnan(a->from_m) ? 0 : (kl_real)a->from_m,
+                (kl_real)a->speed_m_s, cli_work());
     if (status != KL_OK) {
         return cli_fail("cannot start: %s", kl_status_text(status));
     }
@@ -54,7 +55,7 @@ static int start(struct run *run, const struct arguments *a) {
             return set;
         }
     }
-    kl_refresh(run->model, &run->state);
+    kl_refresh(run->model, &run->state, cli_work());
     return CLI_OK;
 }
 
@@ -73,7 +74,6 @@ static int place_snapshot(struct run *run, const struct arguments *a) {
 }
 
 static int prepare(struct run *run, const struct arguments *a) {
-    kl_real rates[KL_MAX_STATES];
     int begun = a->from_snapshot != NULL
                     ? run_snapshot_read(a->from_snapshot, run->model, &run->state)
                     : start(run, a);
@@ -89,7 +89,7 @@ static int prepare(struct run *run, const struct arguments *a) {
                           (double)run->model->step_s);
     }
     run->n_steps = (uint64_t)llround(steps);
-    kl_rates(run->model, &run->state, &run->input, rates, &run->output);
+    kl_observe(run->model, &run->state, &run->input, &run->output, cli_work());
     run->start_m = (double)run->state.s_m;
     run_record_init(&run->record, run->model);
     run_record_add(&run->record, &run->output);
@@ -111,7 +111,7 @@ static void step(struct run *run, bool recorded) {
     if (recorded) {
         record_taker_step(&run->taker, &run->input);
     }
-    kl_step(run->model, &run->state, &run->input, &run->output);
+    kl_step(run->model, &run->state, &run->input, &run->output, cli_work());
     if (recorded) {
         record_taker_done(&run->taker, &run->state);
     }

@@ -12,7 +12,8 @@
 /* Displacements of another curve, with the rates of this one. */
 static int move_into(const struct cli_model *m, const struct curve_case *at,
                      const struct curve_result *before, struct kl_state *state) {
-    enum kl_status status = kl_init(&m->model, state, (kl_real)0, (kl_real)at->speed_m_s);
+    enum kl_status status =
+        kl_init(&m->model, state, (kl_real)0, (kl_real)at->speed_m_s, cli_work());
     if (status != KL_OK) {
         return cli_fail("cannot start at %g m/s: %s", at->speed_m_s, kl_status_text(status));
     }
@@ -37,7 +38,7 @@ static double largest_rate(const struct cli_model *m, const struct kl_input *inp
                            const struct kl_state *state) {
     kl_real rates[KL_MAX_STATES];
     double worst = 0.0;
-    kl_rates(&m->model, state, input, rates, NULL);
+    kl_rates(&m->model, state, input, rates, cli_work());
     for (uint32_t i = 0; i < state->n_states; i++) {
         worst = fmax(worst, fabs((double)rates[i]));
     }
@@ -54,7 +55,7 @@ static double simulate(const struct cli_model *m, double longest_s, struct kl_st
     input.speed_m_s = state->speed_m_s;
     for (double t = 0.0; t < longest_s && waited < PATIENCE; t += LOOK_S) {
         for (uint64_t i = 0; i < look; i++) {
-            if ((kl_step(&m->model, state, &input, NULL) & KL_FAULTS_HOLD) != 0) {
+            if ((kl_step(&m->model, state, &input, NULL, cli_work()) & KL_FAULTS_HOLD) != 0) {
                 return HUGE_VAL;
             }
         }
@@ -73,8 +74,7 @@ static int fall_back(const struct cli_model *m, const struct modes_request *requ
     struct kl_state state;
     struct modes_steady polished;
     struct kl_input input;
-    kl_real rates[KL_MAX_STATES];
-    if (kl_init(&m->model, &state, (kl_real)0, (kl_real)request->speed_m_s) != KL_OK) {
+    if (kl_init(&m->model, &state, (kl_real)0, (kl_real)request->speed_m_s, cli_work()) != KL_OK) {
         return cli_fail("cannot start at %g m/s", request->speed_m_s);
     }
     const double left = simulate(m, longest_s, &state);
@@ -91,7 +91,7 @@ static int fall_back(const struct cli_model *m, const struct modes_request *requ
         result->steady.residual = left;
         kl_input_init(&input);
         input.speed_m_s = state.speed_m_s;
-        kl_rates(&m->model, &state, &input, rates, &result->steady.output);
+        kl_observe(&m->model, &state, &input, &result->steady.output, cli_work());
     }
     return CLI_OK;
 }

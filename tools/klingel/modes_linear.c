@@ -67,7 +67,7 @@ void modes_name(const struct kl_model *model, struct modes_names *names) {
 static void rates_at(const struct linear *l, uint32_t state, double displacement, kl_real *rates) {
     struct kl_state moved = l->state;
     moved.x[state] += (kl_real)displacement;
-    kl_rates(l->request->model, &moved, &l->input, rates, NULL);
+    kl_rates(l->request->model, &moved, &l->input, rates, cli_work());
 }
 
 /* The distance that is really between x + h and x - h, after rounding. */
@@ -109,7 +109,7 @@ static void linearise(struct linear *l, double factor) {
 
 static double residual(const struct linear *l, kl_real *rates) {
     double worst = 0.0;
-    kl_rates(l->request->model, &l->state, &l->input, rates, NULL);
+    kl_rates(l->request->model, &l->state, &l->input, rates, cli_work());
     for (uint32_t i = 0; i < l->state.n_states; i++) {
         double rate = fabs((double)rates[i]);
         worst = rate > worst || isnan(rate) ? rate : worst;
@@ -213,7 +213,7 @@ static bool is_steady(const struct linear *l, double worst) {
 
 static int start(struct linear *l) {
     enum kl_status status = kl_init(l->request->model, &l->state, (kl_real)l->request->at_m,
-                                    (kl_real)l->request->speed_m_s);
+                                    (kl_real)l->request->speed_m_s, cli_work());
     if (status != KL_OK) {
         return cli_fail("cannot start at %g m/s: %s", l->request->speed_m_s,
                         kl_status_text(status));
@@ -380,7 +380,6 @@ static void prepare(struct linear *l, const struct modes_request *request) {
 int modes_find(const struct modes_request *request, struct modes *modes) {
     static struct linear l; /* too large for a stack */
     static struct eigen e[2];
-    kl_real rates[N];
     prepare(&l, request);
     int status = find_steady(&l, &modes->residual);
     if (status != CLI_OK) {
@@ -388,7 +387,7 @@ int modes_find(const struct modes_request *request, struct modes *modes) {
     }
     modes->n = l.state.n_states;
     modes->state = l.state;
-    kl_rates(request->model, &l.state, &l.input, rates, &modes->output);
+    kl_observe(request->model, &l.state, &l.input, &modes->output, cli_work());
     modes->insensitivity = 0.0;
     if (request->check) {
         linearise(&l, 4.0);
@@ -406,7 +405,6 @@ int modes_find(const struct modes_request *request, struct modes *modes) {
 int modes_steady(const struct modes_request *request, const struct kl_state *guess,
                  struct modes_steady *steady) {
     static struct linear l;
-    kl_real rates[N];
     prepare(&l, request);
     int status = start(&l);
     if (status != CLI_OK) {
@@ -417,8 +415,8 @@ int modes_steady(const struct modes_request *request, const struct kl_state *gue
     }
     iterate(&l, &steady->residual);
     steady->found = is_steady(&l, steady->residual);
-    kl_refresh(request->model, &l.state);
+    kl_refresh(request->model, &l.state, cli_work());
     steady->state = l.state;
-    kl_rates(request->model, &l.state, &l.input, rates, &steady->output);
+    kl_observe(request->model, &l.state, &l.input, &steady->output, cli_work());
     return CLI_OK;
 }
