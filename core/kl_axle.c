@@ -234,14 +234,14 @@ static void find_creepages(const struct kl_wheelset *restrict wheelset,
         const kl_lane f22 = constant ? kl_lane_all(law->f22_N) : KL_LANE(axle->f22, g);
         const kl_lane f23 = constant ? kl_lane_all(law->f23_Nm) : KL_LANE(axle->f23, g);
         const kl_lane slope = KL_LANE(forces->slope, g);
-        KL_LANE(forces->creepages.gamma1, g) = gamma1;
-        KL_LANE(forces->creepages.gamma2, g) = gamma2;
-        KL_LANE(forces->creepages.omega3, g) = omega3;
+        KL_LANE(forces->tread.creepages.gamma1, g) = gamma1;
+        KL_LANE(forces->tread.creepages.gamma2, g) = gamma2;
+        KL_LANE(forces->tread.creepages.omega3, g) = omega3;
         KL_LANE(contacts->linear1, g) = -(slope * f11 * gamma1);
         KL_LANE(contacts->linear2, g) = -(slope * f22 * gamma2);
         KL_LANE(contacts->linear3, g) = -(slope * f23 * omega3);
     }
-    kl_axle_friction(wheelset, forces, &forces->creepages, &forces->mu);
+    kl_axle_friction(wheelset, forces, &forces->tread.creepages, &forces->tread.mu);
 }
 
 /*
@@ -293,7 +293,7 @@ static void prepare_normals(const struct kl_wheelset *restrict wheelset,
 static inline void find_creep(struct kl_axle_forces *forces) {
     struct kl_contacts *contacts = &forces->contacts;
     KL_EACH_LANE(g) {
-        const kl_lane n = KL_LANE(forces->normal, g);
+        const kl_lane n = KL_LANE(forces->tread.normal, g);
         const kl_lane y =
             kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
         const kl_lane two_thirds = contacts->constant ? kl_lane_all(KL_R(1)) : n * y;
@@ -301,13 +301,13 @@ static inline void find_creep(struct kl_axle_forces *forces) {
         const kl_lane t1 = two_thirds * KL_LANE(contacts->linear1, g);
         const kl_lane t2 =
             two_thirds * KL_LANE(contacts->linear2, g) + one * KL_LANE(contacts->linear3, g);
-        const kl_lane limit = KL_LANE(forces->mu, g) * n + kl_lane_all(contacts->limit_more);
+        const kl_lane limit = KL_LANE(forces->tread.mu, g) * n + kl_lane_all(contacts->limit_more);
         const kl_lane reduction = kl_lane_saturate(t1, t2, limit);
         KL_LANE(contacts->used, g) = n;
         KL_LANE(contacts->inv_cbrt, g) = y;
-        KL_LANE(forces->reduction, g) = reduction;
-        KL_LANE(forces->t1, g) = reduction * t1;
-        KL_LANE(forces->t2, g) = reduction * t2;
+        KL_LANE(forces->tread.reduction, g) = reduction;
+        KL_LANE(forces->tread.t1, g) = reduction * t1;
+        KL_LANE(forces->tread.t2, g) = reduction * t2;
     }
 }
 
@@ -325,16 +325,19 @@ static void find_moments(const struct kl_wheelset *restrict wheelset,
         const kl_lane f23 = constant ? kl_lane_all(law->f23_Nm) : KL_LANE(axle->f23, g) * n;
         const kl_lane f33 =
             constant ? kl_lane_all(law->f33_Nm2) : KL_LANE(axle->f33, g) * (n * (two_thirds * y));
-        KL_LANE(forces->f11_N, g) =
+        KL_LANE(forces->tread.f11_N, g) =
             constant ? kl_lane_all(law->f11_N) : KL_LANE(axle->f11, g) * two_thirds;
-        KL_LANE(forces->f22_N, g) =
+        KL_LANE(forces->tread.f22_N, g) =
             constant ? kl_lane_all(law->f22_N) : KL_LANE(axle->f22, g) * two_thirds;
         KL_LANE(forces->f33_Nm2, g) = f33;
+        KL_LANE(forces->tread.third, g) = KL_LANE(forces->tread.normal, g) * (y * y);
         if (kl_saturates(law->law)) {
-            const kl_lane reduction = KL_LANE(forces->slope, g) * KL_LANE(forces->reduction, g);
-            KL_LANE(forces->m3, g) = reduction * (f23 * KL_LANE(forces->creepages.gamma2, g) -
-                                                  f33 * KL_LANE(forces->creepages.omega3, g));
-            KL_LANE(forces->reduction, g) = reduction;
+            const kl_lane reduction =
+                KL_LANE(forces->slope, g) * KL_LANE(forces->tread.reduction, g);
+            KL_LANE(forces->tread.m3, g) =
+                reduction * (f23 * KL_LANE(forces->tread.creepages.gamma2, g) -
+                             f33 * KL_LANE(forces->tread.creepages.omega3, g));
+            KL_LANE(forces->tread.reduction, g) = reduction;
         }
     }
 }
@@ -376,27 +379,30 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
     struct kl_law_contact contact;
     struct kl_law_forces law;
     KL_EACH_LANE(g) {
-        const kl_lane n = KL_LANE(forces->normal, g);
+        const kl_lane n = KL_LANE(forces->tread.normal, g);
         const kl_lane inv_cbrt =
             kl_lane_inverse_cbrt(kl_lane_max(n, kl_lane_all(KL_R(1))), KL_CBRT_ROUNDS);
         KL_LANE(contacts->used, g) = n;
         KL_LANE(contacts->inv_cbrt, g) = inv_cbrt;
-        KL_LANE(contact.linear1, g) = KL_LANE(axle->f11, g) * KL_LANE(forces->creepages.gamma1, g);
-        KL_LANE(contact.linear2, g) = KL_LANE(axle->f22, g) * KL_LANE(forces->creepages.gamma2, g);
-        KL_LANE(contact.linear3, g) = KL_LANE(axle->f23, g) * KL_LANE(forces->creepages.omega3, g);
+        KL_LANE(contact.linear1, g) =
+            KL_LANE(axle->f11, g) * KL_LANE(forces->tread.creepages.gamma1, g);
+        KL_LANE(contact.linear2, g) =
+            KL_LANE(axle->f22, g) * KL_LANE(forces->tread.creepages.gamma2, g);
+        KL_LANE(contact.linear3, g) =
+            KL_LANE(axle->f23, g) * KL_LANE(forces->tread.creepages.omega3, g);
         KL_LANE(contact.normal, g) = n;
         KL_LANE(contact.inv_cbrt, g) = inv_cbrt;
-        KL_LANE(contact.mu, g) = KL_LANE(forces->mu, g);
+        KL_LANE(contact.mu, g) = KL_LANE(forces->tread.mu, g);
         for (int i = 0; i < KL_CREEP_SHAPES; i++) {
             KL_LANE(contact.shape[i], g) = KL_LANE(axle->shape[i], g);
         }
     }
     kl_axle_law(wheelset, forces, &contact, &law);
     KL_EACH_LANE(g) {
-        KL_LANE(forces->t1, g) = KL_LANE(law.t1, g);
-        KL_LANE(forces->t2, g) = KL_LANE(law.t2, g);
-        KL_LANE(forces->m3, g) = KL_LANE(law.m3, g);
-        KL_LANE(forces->reduction, g) = KL_LANE(law.reduction, g);
+        KL_LANE(forces->tread.t1, g) = KL_LANE(law.t1, g);
+        KL_LANE(forces->tread.t2, g) = KL_LANE(law.t2, g);
+        KL_LANE(forces->tread.m3, g) = KL_LANE(law.m3, g);
+        KL_LANE(forces->tread.reduction, g) = KL_LANE(law.reduction, g);
     }
 }
 
@@ -404,7 +410,7 @@ void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
                      const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
     KL_EACH_LANE(g) { /* a wheel that is up carries nothing */
         const kl_lane carries = kl_lane_all(KL_R(1)) - KL_LANE(axle->up, g);
-        KL_LANE(forces->normal, g) =
+        KL_LANE(forces->tread.normal, g) =
             carries * kl_lane_max(KL_LANE(axle->expected, g), kl_lane_all(KL_R(0)));
     }
     if (kl_saturates(wheelset->creep.law)) {
@@ -425,12 +431,12 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_a
     const kl_lane most = kl_lane_all(wheelset->static_load_N);
     find_moments(wheelset, axle, forces);
     KL_EACH_LANE(g) {
-        const kl_lane t1 = KL_LANE(forces->t1, g);
+        const kl_lane t1 = KL_LANE(forces->tread.t1, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        KL_LANE(across, g) =
-            KL_LANE(forces->t2, g) * KL_LANE(forces->gain, g) +
-            kl_lane_min(KL_LANE(forces->normal, g), most) * KL_LANE(forces->contacts.pulls, g);
-        KL_LANE(turn, g) = KL_LANE(forces->m3, g) * KL_LANE(axle->cos_delta, g) -
+        KL_LANE(across, g) = KL_LANE(forces->tread.t2, g) * KL_LANE(forces->gain, g) +
+                             kl_lane_min(KL_LANE(forces->tread.normal, g), most) *
+                                 KL_LANE(forces->contacts.pulls, g);
+        KL_LANE(turn, g) = KL_LANE(forces->tread.m3, g) * KL_LANE(axle->cos_delta, g) -
                            sign * (KL_LANE(axle->arm, g) * t1);
         KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1;
     }
@@ -448,13 +454,13 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
     kl_both yaw;
     kl_both spin;
     KL_EACH_LANE(g) {
-        const kl_lane by = KL_LANE(forces->reduction, g) * forces->inv_creep_speed_s_m;
+        const kl_lane by = KL_LANE(forces->tread.reduction, g) * forces->inv_creep_speed_s_m;
         const kl_lane gain = KL_LANE(forces->gain, g);
         const kl_lane arm = KL_LANE(axle->arm, g);
         const kl_lane r = KL_LANE(axle->radius, g);
-        const kl_lane f11 = KL_LANE(forces->f11_N, g);
-        KL_LANE(along, g) =
-            by * KL_LANE(forces->f22_N, g) * (gain * gain) * (KL_R(1) - KL_LANE(axle->carried, g));
+        const kl_lane f11 = KL_LANE(forces->tread.f11_N, g);
+        KL_LANE(along, g) = by * KL_LANE(forces->tread.f22_N, g) * (gain * gain) *
+                            (KL_R(1) - KL_LANE(axle->carried, g));
         /* of a flange the longitudinal creep alone: across it slides with the rail */
         const kl_lane flange_f11 = KL_LANE(forces->flange.reduction, g) *
                                    KL_LANE(forces->flange.f11_N, g) * forces->inv_creep_speed_s_m;
@@ -467,94 +473,4 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
     stiffness->y = KL_SUM(along) * forces->inv_mass_1_kg * step_s;
     stiffness->yaw = KL_SUM(yaw) * wheelset->inv_yaw_1_kgm2 * step_s;
     stiffness->spin = KL_SUM(spin) * wheelset->inv_spin_1_kgm2 * step_s;
-}
-
-/* ---- outputs ---- */
-
-/* What is read from a row of the contact and the next for the outputs. */
-static void write_place(const struct kl_row *a, const struct kl_row *b, kl_real t, kl_real third,
-                        struct kl_contact_output *o) {
-    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
-    kl_lane_pair_between(&a->eta_wheel_m, &b->eta_wheel_m, t, &o->eta_wheel_m);
-    kl_lane_pair_between(&a->semi_a_1, &b->semi_a_1, t, &o->semi_a_m);
-    KL_EACH_LANE(g) {
-        kl_lane_store(&o->semi_a_m, g, third * kl_lane_load(&o->semi_a_m, g));
-    }
-}
-
-static void write_tread(const struct kl_axle *axle, const struct kl_axle_forces *forces, int side,
-                        kl_real third, struct kl_contact_output *o) {
-    const struct kl_row *a = axle->cells.below[side];
-    o->normal_N = forces->normal[side];
-    o->t1_N = forces->t1[side];
-    o->t2_N = forces->t2[side];
-    o->m3_Nm = forces->m3[side];
-    o->gamma1 = forces->creepages.gamma1[side];
-    o->gamma2 = forces->creepages.gamma2[side];
-    o->omega3_1_m = forces->creepages.omega3[side];
-    o->reduction = forces->reduction[side];
-    o->radius_m = axle->radius[side];
-    write_place(a, a + 1, axle->cells.t[side], third, o);
-}
-
-static void write_flange(const struct kl_axle *axle, const struct kl_axle_forces *forces, int side,
-                         struct kl_contact_output *o) {
-    const struct kl_contact_forces *f = &forces->flange;
-    const struct kl_flange_row *row = axle->flange.row[side];
-    o->normal_N = f->normal[side];
-    o->t1_N = f->t1[side];
-    o->t2_N = f->t2[side];
-    o->m3_Nm = f->m3[side];
-    o->gamma1 = f->creepages.gamma1[side];
-    o->gamma2 = f->creepages.gamma2[side];
-    o->omega3_1_m = f->creepages.omega3[side];
-    o->reduction = f->reduction[side];
-    o->radius_m = axle->flange.radius[side];
-    write_place(&row[0].contact, &row[1].contact, axle->flange.t[side], f->third[side], o);
-}
-
-void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
-                    const struct kl_pair *pair, struct kl_wheelset_output *output) {
-    const struct kl_contact_forces *f = &forces->flange;
-    const struct kl_flange *flange = &axle->flange;
-    kl_both q;
-    kl_both y;
-    kl_both third;  /* N^(1/3) */
-    kl_both lifted; /* upward acceleration of the centre by what the treads rise */
-    output->track = axle->track;
-    output->z_m = axle->z;
-    output->roll_rad = axle->roll;
-    output->y_acc_m_s2 = axle->rate[KL_WS_Y_RATE] +
-                         axle->track.curvature_1_m * (forces->speed_m_s * forces->speed_m_s);
-    KL_EACH_LANE(g) {
-        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        const kl_lane n = KL_LANE(forces->normal, g);
-        const kl_lane t2 = KL_LANE(forces->t2, g);
-        const kl_lane root = KL_LANE(forces->contacts.inv_cbrt, g); /* of the N of the creep */
-        const kl_lane flange_q = KL_LANE(f->normal, g) * KL_LANE(flange->cos_delta, g) +
-                                 sign * (KL_LANE(f->t2, g) * KL_LANE(flange->sin_delta, g));
-        const kl_lane flange_y =
-            sign * KL_LANE(flange->push, g) - KL_LANE(f->t2, g) * KL_LANE(flange->cos_delta, g);
-        KL_LANE(third, g) = n * (root * root);
-        KL_LANE(lifted, g) =
-            kl_lane_load(pair->share, g) * KL_LANE(forces->lifting.acceleration, g);
-        KL_LANE(q, g) =
-            (n * KL_LANE(axle->cos_delta, g) + sign * (t2 * KL_LANE(axle->sin_delta, g))) +
-            flange_q;
-        /* on the rail: the opposite of what acts on the wheel */
-        KL_LANE(y, g) =
-            (sign * (n * KL_LANE(axle->sin_delta, g)) - t2 * KL_LANE(axle->cos_delta, g)) +
-            flange_y;
-    }
-    output->z_acc_m_s2 = (axle->z_y * axle->rate[KL_WS_Y_RATE] + axle->z_rest) - KL_SUM(lifted);
-    for (int s = 0; s < KL_SIDES; s++) {
-        struct kl_wheel_output *o = &output->wheel[s];
-        o->q_N = q[s];
-        o->y_N = y[s];
-        o->rise_m = axle->rise[s];
-        o->push_m = flange->overlap[s];
-        write_tread(axle, forces, s, third[s], &o->tread);
-        write_flange(axle, forces, s, &o->flange);
-    }
-    output->force_y_N = KL_SUM(y);
 }

@@ -143,7 +143,8 @@ struct kl_law_forces {
     kl_both reduction; /* secant over Kalker's slope */
 };
 
-/* The forces of a contact that are there before equilibrium is looked for. */
+/* The forces of one contact of both wheels. Those of flanges are there before equilibrium is looked
+ * for, those of treads come from it. */
 struct kl_contact_forces {
     kl_both normal;
     struct kl_creepages creepages;
@@ -189,16 +190,8 @@ struct kl_axle_forces {
     struct kl_lifting lifting;
     struct kl_contact_forces flange;
     /* results */
-    kl_both normal;
-    struct kl_creepages creepages;
-    kl_both mu;
-    kl_both t1;
-    kl_both t2;
-    kl_both m3;
-    kl_both reduction;
-    kl_both gain;  /* of T2 in the lateral equation */
-    kl_both f11_N; /* of the normal force, not reduced */
-    kl_both f22_N;
+    struct kl_contact_forces tread;
+    kl_both gain; /* of T2 in the lateral equation */
     kl_both f33_Nm2;
     kl_real inv_mass_1_kg; /* of the lateral motion */
 };
@@ -273,9 +266,5 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
                        const struct kl_axle *restrict axle,
                        const struct kl_axle_forces *restrict forces, kl_real step_s,
                        struct kl_stiffness *restrict stiffness);
-
-/* Fills the outputs that belong to the wheels and the wheelset. */
-void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
-                    const struct kl_pair *pair, struct kl_wheelset_output *output);
 
 #endif

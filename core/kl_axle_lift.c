@@ -68,7 +68,7 @@ static inline void find_normals(const struct kl_axle *axle, const struct kl_axle
     kl_both turns;
     kl_both pulled;
     KL_EACH_LANE(g) {
-        const kl_lane t2 = KL_LANE(forces->t2, g);
+        const kl_lane t2 = KL_LANE(forces->tread.t2, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         KL_LANE(across, g) = KL_LANE(forces->gain, g) * t2;
         KL_LANE(sinks, g) = sign * (KL_LANE(axle->sin_delta, g) * t2);
@@ -151,9 +151,9 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
         KL_LANE(lifting->on, g) = on;
         KL_LANE(lifting->acceleration, g) = KL_LANE(axle->landing, g) + KL_LANE(a, g);
         KL_LANE(free_y, g) = KL_LANE(a, g) * KL_LANE(lifting->free_y, g);
-        KL_LANE(forces->normal, g) = normal;
-        KL_LANE(forces->t1, g) = within * KL_LANE(forces->t1, g);
-        KL_LANE(forces->t2, g) = within * KL_LANE(forces->t2, g);
+        KL_LANE(forces->tread.normal, g) = normal;
+        KL_LANE(forces->tread.t1, g) = within * KL_LANE(forces->tread.t1, g);
+        KL_LANE(forces->tread.t2, g) = within * KL_LANE(forces->tread.t2, g);
     }
     forces->load.free_y += KL_SUM(free_y);
 }
@@ -172,7 +172,7 @@ void kl_axle_lift_finish(const struct kl_axle *restrict axle,
         const kl_lane rate =
             kl_lane_load(lift->rate_m_s, g) + h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
         kl_lane_store(lift->rise_m, g, KL_LANE(axle->rise, g));
-        const kl_lane normal = KL_LANE(forces->normal, g);
+        const kl_lane normal = KL_LANE(forces->tread.normal, g);
         kl_lane_store(lift->slope, g, KL_LANE(axle->slope, g));
         kl_lane_store(lift->expected_N, g, KL_R(2) * normal - kl_lane_load(lift->normal_N, g));
         kl_lane_store(lift->normal_N, g, normal);

@@ -168,15 +168,6 @@ static inline void kl_lane_columns(const kl_real *right, const kl_real *left, si
 #endif
 }
 
-/* The same for one side alone: to = a + t (b - a) for two neighbours. */
-static inline void kl_lane_pair_between(const kl_real *a, const kl_real *b, kl_real t,
-                                        kl_real *to) {
-    KL_EACH_LANE(g) {
-        const kl_lane low = kl_lane_load(a, g);
-        kl_lane_store(to, g, low + t * (kl_lane_load(b, g) - low));
-    }
-}
-
 /* The same value for either side. */
 static inline kl_lane kl_lane_all(kl_real x) {
     return kl_lane_of(x, x, 0);

@@ -246,7 +246,7 @@ static void move_wheelsets(const struct kl_model *model, struct kl_evaluation *e
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_axle_forces *f = &e->forces[w];
         kl_axle_accelerate(&model->wheelsets[w], &e->axle[w], &e->forces[w]);
-        const kl_real least = kl_min_real(f->normal[KL_RIGHT], f->normal[KL_LEFT]);
+        const kl_real least = kl_min_real(f->tread.normal[KL_RIGHT], f->tread.normal[KL_LEFT]);
         const int loaded = least > KL_R(0) || !(model->wheelsets[w].static_load_N > KL_R(0));
         e->faults |= loaded ? 0u : (uint32_t)KL_FAULT_WHEEL_LIFT;
     }

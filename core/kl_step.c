@@ -164,10 +164,10 @@ static void evaluate_still(const struct kl_model *model, const struct kl_state *
     for (int round = 0; round < ROUNDS; round++) {
         kl_evaluate(model, &here, &stage, input, e);
         for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-            lift[w].normal_N[KL_RIGHT] = e->forces[w].normal[KL_RIGHT];
-            lift[w].expected_N[KL_RIGHT] = e->forces[w].normal[KL_RIGHT];
-            lift[w].normal_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
-            lift[w].expected_N[KL_LEFT] = e->forces[w].normal[KL_LEFT];
+            lift[w].normal_N[KL_RIGHT] = e->forces[w].tread.normal[KL_RIGHT];
+            lift[w].expected_N[KL_RIGHT] = e->forces[w].tread.normal[KL_RIGHT];
+            lift[w].normal_N[KL_LEFT] = e->forces[w].tread.normal[KL_LEFT];
+            lift[w].expected_N[KL_LEFT] = e->forces[w].tread.normal[KL_LEFT];
             lift[w].slope[KL_RIGHT] = e->axle[w].slope[KL_RIGHT];
             lift[w].slope[KL_LEFT] = e->axle[w].slope[KL_LEFT];
         }

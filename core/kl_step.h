@@ -77,32 +77,22 @@ struct kl_input {
     kl_real actuator_N[KL_MAX_ACTUATORS]; /* of the elements with an actuator; N, or N m */
 };
 
-/* One contact of a wheel. */
+/* One contact of both wheels, [KL_RIGHT] and [KL_LEFT]. */
 struct kl_contact_output {
-    kl_real normal_N; /* N >= 0 */
-    kl_real t1_N;     /* longitudinal creep force on the wheel */
-    kl_real t2_N;     /* lateral creep force on the wheel, in the contact plane */
-    kl_real m3_Nm;
-    kl_real gamma1;
-    kl_real gamma2;
-    kl_real omega3_1_m;
-    kl_real reduction; /* 1 linear .. 0 sliding */
-    kl_real radius_m;
-    kl_real delta_rad; /* contact angle */
-    kl_real eta_wheel_m;
-    kl_real eta_rail_m;
-    kl_real semi_a_m;
-    kl_real semi_b_m;
-};
-
-struct kl_wheel_output {
-    kl_real q_N;    /* vertical wheel load on the rail, Q, of both contacts */
-    kl_real y_N;    /* lateral force of the wheel ON THE RAIL, positive right, of both contacts */
-    kl_real rise_m; /* of the tread off the rail: 0 in contact */
-    kl_real
-        push_m; /* by which the flange has pushed the rail aside; negative: the flange's clearance */
-    struct kl_contact_output tread; /* with KL_CONTACTS_RIGID the only one */
-    struct kl_contact_output flange;
+    kl_real normal_N[KL_SIDES]; /* N >= 0 */
+    kl_real t1_N[KL_SIDES];     /* longitudinal creep force on the wheel */
+    kl_real t2_N[KL_SIDES];     /* lateral creep force on the wheel, in the contact plane */
+    kl_real m3_Nm[KL_SIDES];
+    kl_real gamma1[KL_SIDES];
+    kl_real gamma2[KL_SIDES];
+    kl_real omega3_1_m[KL_SIDES];
+    kl_real reduction[KL_SIDES]; /* 1 linear .. 0 sliding */
+    kl_real radius_m[KL_SIDES];
+    kl_real delta_rad[KL_SIDES]; /* contact angle */
+    kl_real eta_wheel_m[KL_SIDES];
+    kl_real eta_rail_m[KL_SIDES];
+    kl_real semi_a_m[KL_SIDES];
+    kl_real semi_b_m[KL_SIDES];
 };
 
 struct kl_wheelset_output {
@@ -115,9 +105,17 @@ struct kl_wheelset_output {
     kl_real yaw_rate_rad_s; /* relative to the track */
     kl_real y_acc_m_s2;     /* absolute lateral acceleration without gravity: y'' + kappa V^2 */
     kl_real z_acc_m_s2;
-    kl_real force_y_N; /* track shifting force: sum of Y over both wheels */
-    struct kl_track_point track;
-    struct kl_wheel_output wheel[KL_SIDES];
+    kl_real force_y_N;                       /* track shifting force: sum of Y over both wheels */
+    struct kl_irregularity_row irregularity; /* of the track where it is */
+    /* of either wheel: */
+    kl_real q_N[KL_SIDES];    /* vertical load on the rail, Q, of both contacts */
+    kl_real y_N[KL_SIDES];    /* lateral force ON THE RAIL, positive right, of both contacts */
+    kl_real rise_m[KL_SIDES]; /* of the tread off the rail: 0 in contact */
+    kl_real
+        push_m[KL_SIDES]; /* by which the flange has pushed the rail aside; negative: the flange's
+                                 clearance */
+    struct kl_contact_output tread; /* with KL_CONTACTS_RIGID the only one */
+    struct kl_contact_output flange;
 };
 
 struct kl_body_output {

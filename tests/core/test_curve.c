@@ -42,7 +42,7 @@ static void balance(struct kl_pair_def pair, double lateral, double vertical) {
     double q = 0.0;
     for (int w = 0; w < 2; w++) {
         y += (double)o.wheelset[w].force_y_N;
-        q += (double)(o.wheelset[w].wheel[KL_RIGHT].q_N + o.wheelset[w].wheel[KL_LEFT].q_N);
+        q += (double)(o.wheelset[w].q_N[KL_RIGHT] + o.wheelset[w].q_N[KL_LEFT]);
     }
     print_message("sum Y %.6f N, wanted %.6f: %.1e of it; sum Q %.6f N, wanted %.6f: %.1e of it\n",
                   y, -mass * aside, y / (-mass * aside) - 1.0, q, mass * 9.81,
@@ -82,8 +82,7 @@ static void outer_wheels_carry_the_moment(void **state) {
     const double aside = KAPPA * SPEED * SPEED - 9.81 * CANT;
     double difference = 0.0;
     for (int w = 0; w < 2; w++) {
-        difference +=
-            (double)(o.wheelset[w].wheel[KL_LEFT].q_N - o.wheelset[w].wheel[KL_RIGHT].q_N);
+        difference += (double)(o.wheelset[w].q_N[KL_LEFT] - o.wheelset[w].q_N[KL_RIGHT]);
     }
     /* at rail level: centrifugal force at the centres and the gyroscopic moment of the axles. A
      * linear suspension carries the weight where it stood at rest. */

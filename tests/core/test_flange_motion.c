@@ -37,7 +37,7 @@ static struct ride ride_on_flange(int64_t step_ns) {
         assert_true(tread_is_off(&o, 0, KL_RIGHT));
         ride.worst =
             fmax(ride.worst, fabs((double)kl_energy(&b.model, &x, work()) - first) / scale);
-        ride.pushed = fmax(ride.pushed, (double)o.wheelset[0].wheel[KL_RIGHT].push_m);
+        ride.pushed = fmax(ride.pushed, (double)o.wheelset[0].push_m[KL_RIGHT]);
     }
     unbuild(&b);
     return ride;
@@ -90,7 +90,7 @@ static struct blow hit(double speed, double load, double friction) {
         blow.left = ((double)kl_energy(&b.model, &x, work()) - none) / first;
         blow.most = fmax(blow.most, blow.left);
         for (int s = 0; s < KL_SIDES; s++) {
-            blow.rise = fmax(blow.rise, (double)o.wheelset[0].wheel[s].rise_m);
+            blow.rise = fmax(blow.rise, (double)o.wheelset[0].rise_m[s]);
         }
     }
     unbuild(&b);
@@ -150,18 +150,18 @@ static void a_lifted_axle_falls_and_lands(void **state) {
     int landed = 0;
     for (int i = 1; i <= 200; i++) {
         assert_int_equal(coast(&b.model, &x, 1, &o) & KL_FAULTS_HOLD, 0);
-        const struct kl_wheel_output *w = o.wheelset[0].wheel;
+        const struct kl_wheelset_output *w = &o.wheelset[0];
         const double t = h * i;
         const double parabola = height - 0.5 * g * t * t;
-        if (landed == 0 && w[KL_RIGHT].rise_m > 0) {
-            assert_near((double)w[KL_RIGHT].rise_m, parabola, 1.1 * g * t * h);
-            assert_true(w[KL_RIGHT].tread.normal_N == 0 && w[KL_LEFT].tread.normal_N == 0);
+        if (landed == 0 && w->rise_m[KL_RIGHT] > 0) {
+            assert_near((double)w->rise_m[KL_RIGHT], parabola, 1.1 * g * t * h);
+            assert_true(w->tread.normal_N[KL_RIGHT] == 0 && w->tread.normal_N[KL_LEFT] == 0);
         } else if (landed == 0) {
             landed = i;
         }
-        assert_true(w[KL_RIGHT].rise_m == w[KL_LEFT].rise_m);
-        assert_true(landed == 0 || w[KL_RIGHT].rise_m == 0);
-        impulse += h * ((double)w[KL_RIGHT].q_N + (double)w[KL_LEFT].q_N - mass * g);
+        assert_true(w->rise_m[KL_RIGHT] == w->rise_m[KL_LEFT]);
+        assert_true(landed == 0 || w->rise_m[KL_RIGHT] == 0);
+        impulse += h * ((double)w->q_N[KL_RIGHT] + (double)w->q_N[KL_LEFT] - mass * g);
     }
     print_message("landed after %d ms, %.1f by the parabola; impulse of %.3f N s left over\n",
                   landed, 1e3 * sqrt(2.0 * height / g), impulse);
@@ -200,9 +200,9 @@ static void a_lifted_wheel_turns_the_axle(void **state) {
     for (int i = 1; i <= 20; i++) {
         const double t = 1e-3 * i;
         assert_int_equal(coast(&b.model, &x, 1, &o) & KL_FAULTS_HOLD, 0);
-        assert_near((double)o.wheelset[0].wheel[KL_RIGHT].rise_m, 4e-3 - 0.5 * falls * t * t,
+        assert_near((double)o.wheelset[0].rise_m[KL_RIGHT], 4e-3 - 0.5 * falls * t * t,
                     0.05 * 0.5 * falls * t * t + falls * t * 1.1e-3);
-        assert_true(o.wheelset[0].wheel[KL_LEFT].tread.normal_N > 0);
+        assert_true(o.wheelset[0].tread.normal_N[KL_LEFT] > 0);
     }
     for (int i = 0; i < 300; i++) {
         assert_int_equal(coast(&b.model, &x, 1, &o) & KL_FAULTS_HOLD, 0);
@@ -211,7 +211,7 @@ static void a_lifted_wheel_turns_the_axle(void **state) {
         assert_at_most(now - first, 2.0);
         before = now;
     }
-    assert_true(o.wheelset[0].wheel[KL_RIGHT].rise_m == 0);
+    assert_true(o.wheelset[0].rise_m[KL_RIGHT] == 0);
     assert_at_most(before, first - 20.0); /* of 24.5 J the blow has taken most */
     unbuild(&b);
 }
@@ -237,7 +237,7 @@ static void derailment_is_told_and_held(void **state) {
     for (int i = 0; i < 40000 && (faults & KL_FAULTS_HOLD) == 0; i++) {
         in.actuator_N[PUSH_Y] = (kl_real)(5.0 * i);
         faults = kl_step(&b.model, &x, &in, &o, work());
-        highest = fmax(highest, (double)o.wheelset[0].wheel[KL_RIGHT].rise_m);
+        highest = fmax(highest, (double)o.wheelset[0].rise_m[KL_RIGHT]);
     }
     print_message("derailed after the wheel had risen %.1f mm, at y %.1f mm\n", 1e3 * highest,
                   1e3 * (double)o.wheelset[0].y_m);
@@ -320,12 +320,14 @@ static void mirrored_runs_are_mirror_images(void **state) {
             assert_true(a[KL_WS_Y] == -c[KL_WS_Y] && a[KL_WS_Y_RATE] == -c[KL_WS_Y_RATE]);
             assert_true(a[KL_WS_YAW] == -c[KL_WS_YAW] && a[KL_WS_SPIN] == c[KL_WS_SPIN]);
             for (int s = 0; s < KL_SIDES; s++) {
-                const struct kl_wheel_output *p = &o[0].wheelset[w].wheel[s];
-                const struct kl_wheel_output *q = &o[1].wheelset[w].wheel[1 - s];
-                assert_true(p->rise_m == q->rise_m && p->push_m == q->push_m);
-                assert_true(p->q_N == q->q_N && p->y_N == -q->y_N);
-                assert_true(p->flange.normal_N == q->flange.normal_N);
-                assert_true(p->flange.t2_N == -q->flange.t2_N && p->flange.t1_N == q->flange.t1_N);
+                const struct kl_wheelset_output *p = &o[0].wheelset[w];
+                const struct kl_wheelset_output *q = &o[1].wheelset[w];
+                const int t = 1 - s;
+                assert_true(p->rise_m[s] == q->rise_m[t] && p->push_m[s] == q->push_m[t]);
+                assert_true(p->q_N[s] == q->q_N[t] && p->y_N[s] == -q->y_N[t]);
+                assert_true(p->flange.normal_N[s] == q->flange.normal_N[t]);
+                assert_true(p->flange.t2_N[s] == -q->flange.t2_N[t] &&
+                            p->flange.t1_N[s] == q->flange.t1_N[t]);
             }
         }
     }
@@ -431,10 +433,10 @@ static void flange_contact_converges(void **state) {
 
 /* ---- violence ---- */
 
-static void check_contact(const struct kl_contact_output *c, double mu, double *worst) {
-    const double n = (double)c->normal_N;
-    const double t = hypot((double)c->t1_N, (double)c->t2_N);
-    assert_true(isfinite(n) && isfinite(t) && isfinite((double)c->m3_Nm));
+static void check_contact(const struct kl_contact_output *c, int s, double mu, double *worst) {
+    const double n = (double)c->normal_N[s];
+    const double t = hypot((double)c->t1_N[s], (double)c->t2_N[s]);
+    assert_true(isfinite(n) && isfinite(t) && isfinite((double)c->m3_Nm[s]));
     assert_true(n >= 0.0);
     assert_true(t <= mu * n * (1.0 + 1e-9) + 1e-9);
     *worst = fmax(*worst, n);
@@ -497,13 +499,13 @@ static void violent_runs_stay_within_their_limits(void **state) {
                 }
                 for (uint32_t w = 0; w < 2; w++) {
                     for (int s = 0; s < KL_SIDES; s++) {
-                        const struct kl_wheel_output *wheel = &o.wheelset[w].wheel[s];
+                        const struct kl_wheelset_output *ws = &o.wheelset[w];
                         const double mu =
                             (double)v.wheelset[w].creep.friction * (double)in.friction_factor[w][s];
-                        check_contact(&wheel->tread, mu, &worst);
-                        check_contact(&wheel->flange, mu, &worst);
-                        assert_true(wheel->rise_m >= 0);
-                        assert_true(!(wheel->rise_m > 0) || wheel->tread.normal_N == 0);
+                        check_contact(&ws->tread, s, mu, &worst);
+                        check_contact(&ws->flange, s, mu, &worst);
+                        assert_true(ws->rise_m[s] >= 0);
+                        assert_true(!(ws->rise_m[s] > 0) || ws->tread.normal_N[s] == 0);
                     }
                 }
             }

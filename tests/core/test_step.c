@@ -159,8 +159,8 @@ static void torque_drives_forward(void **state) {
     }
     const struct kl_wheelset_output *w = &o.wheelset[0];
     /* forward on the wheels, one half each; the axle turns faster than it rolls */
-    assert_near((double)w->wheel[KL_RIGHT].tread.t1_N, 0.5 * 1000.0 / ARCS_R0, 1.0);
-    assert_near((double)w->wheel[KL_LEFT].tread.t1_N, 0.5 * 1000.0 / ARCS_R0, 1.0);
+    assert_near((double)w->tread.t1_N[KL_RIGHT], 0.5 * 1000.0 / ARCS_R0, 1.0);
+    assert_near((double)w->tread.t1_N[KL_LEFT], 0.5 * 1000.0 / ARCS_R0, 1.0);
     assert_true(w->spin_rad_s > (kl_real)(20.0 / ARCS_R0));
 }
 
@@ -180,7 +180,7 @@ static void side_force_acts_to_the_right(void **state) {
     double q = 0.0;
     double y = 0.0;
     for (int w = 0; w < 2; w++) {
-        q += (double)(o.wheelset[w].wheel[KL_RIGHT].q_N - o.wheelset[w].wheel[KL_LEFT].q_N);
+        q += (double)(o.wheelset[w].q_N[KL_RIGHT] - o.wheelset[w].q_N[KL_LEFT]);
         y += (double)o.wheelset[w].force_y_N;
     }
     assert_near(y, 10000.0, 20.0);
@@ -202,13 +202,13 @@ static void friction_factor_scales_friction(void **state) {
     input.friction_factor[0][KL_LEFT] = (kl_real)0.5;
     input.friction_factor[0][KL_RIGHT] = 0;
     kl_observe(&wheelset_model.model, &x, &input, &o, work());
-    const struct kl_wheel_output *l = &o.wheelset[0].wheel[KL_LEFT];
-    const struct kl_wheel_output *r = &o.wheelset[0].wheel[KL_RIGHT];
-    assert_true(r->tread.t1_N == 0 && r->tread.t2_N == 0 && r->tread.m3_Nm == 0);
-    assert_at_most(hypot((double)l->tread.t1_N, (double)l->tread.t2_N),
-                   0.15 * (double)l->tread.normal_N);
-    assert_true(hypot((double)l->tread.t1_N, (double)l->tread.t2_N) >
-                0.13 * (double)l->tread.normal_N);
+    const struct kl_contact_output *tread = &o.wheelset[0].tread;
+    assert_true(tread->t1_N[KL_RIGHT] == 0 && tread->t2_N[KL_RIGHT] == 0 &&
+                tread->m3_Nm[KL_RIGHT] == 0);
+    assert_at_most(hypot((double)tread->t1_N[KL_LEFT], (double)tread->t2_N[KL_LEFT]),
+                   0.15 * (double)tread->normal_N[KL_LEFT]);
+    assert_true(hypot((double)tread->t1_N[KL_LEFT], (double)tread->t2_N[KL_LEFT]) >
+                0.13 * (double)tread->normal_N[KL_LEFT]);
 }
 
 /* ---- faults ---- */
@@ -377,15 +377,15 @@ static void wheel_lift_is_said_and_goes_on(void **state) {
     double least = 1e9;
     for (int i = 0; i < 300 && least > 0.0; i++) {
         const uint32_t faults = coast(&b.model, &x, 1, &o);
-        least = fmin(least, (double)o.wheelset[0].wheel[KL_LEFT].tread.normal_N);
+        least = fmin(least, (double)o.wheelset[0].tread.normal_N[KL_LEFT]);
         assert_int_equal(faults & KL_FAULTS_HOLD, 0);
-        assert_int_equal(o.wheelset[0].wheel[KL_LEFT].tread.normal_N > 0 ||
+        assert_int_equal(o.wheelset[0].tread.normal_N[KL_LEFT] > 0 ||
                              (faults & (uint32_t)KL_FAULT_WHEEL_LIFT) != 0,
                          1);
     }
     assert_true(least == 0.0);
-    assert_true(o.wheelset[0].wheel[KL_LEFT].tread.t2_N == 0);
-    assert_true(o.wheelset[0].wheel[KL_RIGHT].tread.normal_N > 0);
+    assert_true(o.wheelset[0].tread.t2_N[KL_LEFT] == 0);
+    assert_true(o.wheelset[0].tread.normal_N[KL_RIGHT] > 0);
     const kl_real s = x.s_m;
     coast(&b.model, &x, 1, &o);
     assert_true(x.s_m > s && (x.faults & (uint32_t)KL_FAULT_WHEEL_LIFT) != 0);

@@ -13,7 +13,7 @@ static void drive(const struct kl_model *m, struct kl_state *x, double target, d
     *flips = 0;
     for (int n = 0; n < (int)(1000.0 * seconds); n++) {
         assert_int_equal(kl_step(m, x, &input, &o, work()), 0);
-        const double t1 = (double)o.wheelset[0].wheel[KL_RIGHT].tread.t1_N;
+        const double t1 = (double)o.wheelset[0].tread.t1_N[KL_RIGHT];
         *flips += t1 * last < 0.0 && fabs(t1) > 1000.0 ? 1 : 0;
         *largest = n < 100 ? 0.0 : fmax(*largest, fabs(t1));
         last = t1;
@@ -48,7 +48,7 @@ static void starting_and_braking_do_not_chatter(void **state) {
         assert_at_most(down, 1.5 * need);
         drive(&b.model, &x, 0.0, 5.0, &down, &flips_down);
         assert_int_equal(coast(&b.model, &x, 1, &o), 0);
-        assert_near((double)o.wheelset[0].wheel[KL_RIGHT].tread.t1_N, 0.0, 1.0);
+        assert_near((double)o.wheelset[0].tread.t1_N[KL_RIGHT], 0.0, 1.0);
         assert_near((double)wheelset_x(&b.model, &x, 0)[KL_WS_SPIN], 0.0, 1e-6);
         unbuild(&b);
     }
@@ -71,8 +71,7 @@ static void a_slide_ends(void **state) {
         double left = 0.0;
         for (int n = 0; n < 500; n++) {
             assert_int_equal(coast(&b.model, &x, 1, &o), 0);
-            left =
-                n < 200 ? 0.0 : fmax(left, fabs((double)o.wheelset[0].wheel[KL_RIGHT].tread.t1_N));
+            left = n < 200 ? 0.0 : fmax(left, fabs((double)o.wheelset[0].tread.t1_N[KL_RIGHT]));
         }
         print_message("%g m/s: T1 after 0.2 s %.3g N\n", speed[i], left);
         assert_at_most(left, 1.0);

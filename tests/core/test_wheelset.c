@@ -24,19 +24,17 @@ static const char *const column_name[COLUMNS] = {
 
 static void columns_of(const struct kl_output *o, double *column) {
     const struct kl_wheelset_output *w = &o->wheelset[0];
-    const struct kl_wheel_output *r = &w->wheel[KL_RIGHT];
-    const struct kl_wheel_output *l = &w->wheel[KL_LEFT];
     const double values[COLUMNS] = {(double)w->y_m,
                                     (double)w->yaw_rad,
                                     (double)w->y_rate_m_s,
                                     (double)w->yaw_rate_rad_s,
                                     (double)w->spin_rad_s,
-                                    (double)r->tread.normal_N,
-                                    (double)l->tread.normal_N,
-                                    (double)r->tread.t1_N,
-                                    (double)l->tread.t1_N,
-                                    (double)r->tread.t2_N,
-                                    (double)l->tread.t2_N};
+                                    (double)w->tread.normal_N[KL_RIGHT],
+                                    (double)w->tread.normal_N[KL_LEFT],
+                                    (double)w->tread.t1_N[KL_RIGHT],
+                                    (double)w->tread.t1_N[KL_LEFT],
+                                    (double)w->tread.t2_N[KL_RIGHT],
+                                    (double)w->tread.t2_N[KL_LEFT]};
     memcpy(column, values, sizeof values);
 }
 
@@ -131,10 +129,10 @@ static void motion_agrees_at_1_ms(void **state) {
 }
 
 static void compare_wheel(const struct csv *csv, const char *side,
-                          const struct kl_wheel_output *w) {
+                          const struct kl_contact_output *tread, int s) {
     const char *const force[] = {"N", "T1", "T2", "M3"};
-    const double got[] = {(double)w->tread.normal_N, (double)w->tread.t1_N, (double)w->tread.t2_N,
-                          (double)w->tread.m3_Nm};
+    const double got[] = {(double)tread->normal_N[s], (double)tread->t1_N[s],
+                          (double)tread->t2_N[s], (double)tread->m3_Nm[s]};
     const double tolerance[] = {2e-4 * 5e4, 1e-3 * 327.0, 1e-3 * 6300.0, 4e-3 * 7.0};
     for (int k = 0; k < 4; k++) {
         char column[32];
@@ -168,8 +166,8 @@ static void curving_agrees_with_the_reference(void **state) {
         assert_near((double)w->spin_rad_s, csv_named(&csv, "spin_rad_s"), 1e-6 * 66.0);
         assert_near((double)w->z_m, csv_named(&csv, "z_m"), 0.04 * 1.4e-4);
         assert_near((double)w->roll_rad, csv_named(&csv, "phi_rad"), 3e-4 * 3.9e-4);
-        compare_wheel(&csv, "right", &w->wheel[KL_RIGHT]);
-        compare_wheel(&csv, "left", &w->wheel[KL_LEFT]);
+        compare_wheel(&csv, "right", &w->tread, KL_RIGHT);
+        compare_wheel(&csv, "left", &w->tread, KL_LEFT);
         unbuild(&b);
         rows++;
     }

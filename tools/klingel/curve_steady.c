@@ -116,7 +116,7 @@ static void add_up(const struct cli_model *m, struct curve_result *r) {
         mass += (double)m->model.wheelsets[w].mass_kg;
         r->weight_N += (double)m->model.wheelsets[w].static_load_N;
         y += (double)o->force_y_N;
-        q += (double)o->wheel[KL_RIGHT].q_N + (double)o->wheel[KL_LEFT].q_N;
+        q += (double)o->q_N[KL_RIGHT] + (double)o->q_N[KL_LEFT];
     }
     r->aside_N = -mass * aside;
     r->lateral_N = y - r->aside_N;

@@ -116,9 +116,9 @@ static void keep(struct ride_record *r, const struct kl_output *o) {
         const struct kl_wheelset_output *ws = &o->wheelset[w];
         r->sum_y_N[w][i] = (double)ws->force_y_N;
         for (int s = 0; s < KL_SIDES; s++) {
-            const double y = (double)ws->wheel[s].y_N;
+            const double y = (double)ws->y_N[s];
             r->y_N[w][s][i] = s == KL_RIGHT ? y : -y;
-            r->q_N[w][s][i] = (double)ws->wheel[s].q_N;
+            r->q_N[w][s][i] = (double)ws->q_N[s];
         }
     }
 }
