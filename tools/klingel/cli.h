@@ -36,6 +36,7 @@ int cmd_replay(int argc, char **argv);
 int cmd_ride(int argc, char **argv);
 int cmd_run(int argc, char **argv);
 int cmd_signals(int argc, char **argv);
+int cmd_sketch(int argc, char **argv);
 
 /* ---- errors ---- */
 
