@@ -35,6 +35,9 @@ static void print_balance(const struct curve_result *r) {
     }
     printf("  largest rate that is left: %.1e (m/s2, rad/s2)%s\n", r->steady.residual,
            r->way == CURVE_SIMULATED ? ", settled by simulation" : "");
+    if (r->unstable) {
+        printf("  UNSTABLE: a vehicle that is disturbed there does not come back; it hunts\n");
+    }
 }
 
 static void print_wheel(const struct kl_wheelset_output *o, int side) {
@@ -52,7 +55,7 @@ void curve_print(const struct kl_model *model, const struct curve_result *r) {
            fabs(r->at.radius_m), r->at.radius_m >= 0.0 ? "right" : "left", r->at.speed_m_s,
            3.6 * r->at.speed_m_s, 1e3 * r->at.cant_m, 1e3 * r->at.deficiency_m);
     if (r->way == CURVE_NONE) {
-        printf("  no steady running: none was found, and simulation does not settle\n");
+        printf("  no steady running: %s\n", r->why);
         return;
     }
     print_balance(r);
