@@ -219,14 +219,15 @@ static void find_creepages(const struct kl_wheelset *restrict wheelset,
     contacts->limit_more = kl_no_limit(law->law);
     KL_EACH_LANE(g) {
         const kl_lane turn = kl_lane_of(axle->x[KL_WS_YAW_RATE], -axle->x[KL_WS_YAW_RATE], g);
-        const kl_lane spin = kl_lane_of(axle->x[KL_WS_SPIN], -axle->x[KL_WS_SPIN], g);
+        const kl_lane spin = KL_LANE(axle->spin, g);
         const kl_lane r = KL_LANE(axle->radius, g);
-        const kl_lane along = (speed - r * axle->x[KL_WS_SPIN]) - KL_LANE(axle->arm, g) * turn;
+        const kl_lane along = (speed - r * spin) - KL_LANE(axle->arm, g) * turn;
         const kl_lane with_rail = kl_lane_of(KL_R(1), KL_R(-1), g) *
                                   (KL_LANE(axle->carried, g) * KL_LANE(axle->flange.rate, g));
         const kl_lane across = (across_0 - r * axle->roll_rate) - with_rail;
-        const kl_lane about = KL_LANE(axle->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
-                              KL_LANE(axle->sin_delta, g) * spin;
+        const kl_lane about =
+            KL_LANE(axle->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
+            KL_LANE(axle->sin_delta, g) * (kl_lane_of(KL_R(1), KL_R(-1), g) * spin);
         const kl_lane gamma1 = along * by;
         const kl_lane gamma2 = across * by * KL_LANE(axle->inv_cos, g);
         const kl_lane omega3 = about * by;

@@ -71,6 +71,10 @@ struct kl_axle {
     kl_both f33;                    /* per N^(4/3) */
     kl_both shape[KL_CREEP_SHAPES]; /* for laws that need it, see struct kl_creep_row */
     kl_real x[KL_WHEELSET_STATES];  /* enum kl_wheelset_state */
+    kl_both spin;                   /* of either wheel */
+    kl_real twist;                  /* of independent wheels: KL_WS_TWIST, and its rate */
+    kl_real twist_rate;
+    kl_real yaw_carried; /* of independent wheels: psi'' as the step began */
     kl_real
         rate[KL_WHEELSET_STATES]; /* of y and yaw: relative to the track; of Omega: besides V'/r0 */
     kl_real spin_drift;           /* V'/r0: what Omega does besides */
@@ -254,7 +258,7 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_a
                         struct kl_axle_forces *restrict forces);
 
 /*
- * z = step * damping of y', psi' and Omega, where damping (1/s, >= 0) is the diagonal creep
+ * z = step * damping of y', psi', Omega and twist, where damping (1/s, >= 0) is the diagonal creep
  * damping, a secant of the saturated law.
  */
 struct kl_stiffness {

@@ -2,6 +2,7 @@
 #include "kl_rates.h"
 
 #include "kl_math.h"
+#include "kl_twist.h"
 
 /* ---- wheelsets ---- */
 
@@ -115,6 +116,7 @@ static inline void write_wheelset(const struct kl_axle *axle, const struct kl_ax
     o->z_m = axle->z;
     o->roll_rad = axle->roll;
     o->spin_rad_s = x[KL_WS_SPIN];
+    o->twist_rad_s = KL_R(0);
     o->y_rate_m_s = x[KL_WS_Y_RATE] - pair->radius_m * (v * here->cant_s_1_m);
     o->yaw_rate_rad_s = x[KL_WS_YAW_RATE] - v * here->curvature_1_m;
     o->y_acc_m_s2 = axle->rate[KL_WS_Y_RATE] + here->curvature_1_m * (v * v);
@@ -154,5 +156,8 @@ void kl_write_output(const struct kl_model *model, const struct kl_state *state,
         write_wheelset(&e->axle[w], &e->forces[w], &model->pairs[model->wheelsets[w].pair], x,
                        &output->wheelset[w]);
         x += KL_WHEELSET_STATES;
+    }
+    if (model->n_twists != 0) {
+        kl_twists_output(model, state, output);
     }
 }

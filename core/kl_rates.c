@@ -3,6 +3,7 @@
 
 #include "kl_math.h"
 #include "kl_track_read.h"
+#include "kl_twist.h"
 
 /*
  * The end of the time h: the rate goes on straight, the coordinate by the mean of its rates. What
@@ -131,7 +132,11 @@ static void carry_wheelset(const struct kl_pair *pair, const struct kl_origin *f
     carry_on(&x[KL_WS_YAW], &rate[KL_WS_YAW], from->h, v * here->curvature_1_m, &axle->x[KL_WS_YAW],
              &axle->rate[KL_WS_YAW]);
     axle->spin_drift = stage->speed_rate_m_s2 / pair->radius_m;
-    axle->x[KL_WS_SPIN] = x[KL_WS_SPIN] + from->h * (rate[KL_WS_SPIN] + axle->spin_drift);
+    const kl_real spin = x[KL_WS_SPIN] + from->h * (rate[KL_WS_SPIN] + axle->spin_drift);
+    axle->x[KL_WS_SPIN] = spin;
+    KL_EACH_LANE(g) {
+        KL_LANE(axle->spin, g) = kl_lane_all(spin);
+    }
 }
 
 static void place_wheelsets(const struct kl_model *model, const struct kl_origin *from,
@@ -259,12 +264,18 @@ void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
     read_track(model, stage, e);
     place_bodies(model, from, stage, e);
     place_wheelsets(model, from, stage, e);
+    if (model->n_twists != 0) {
+        kl_twists_carry(model, from, e);
+    }
     suspension_forces(&model->suspension, e->motion, e->force);
     const struct kl_slip_origin slips = slips_of(model, from);
     kl_struts_act(&model->struts, &slips, e->motion, input, e->force, &e->slipped);
     load_wheelsets(model, stage, input, e);
     move_bodies(model, input, e);
     move_wheelsets(model, e);
+    if (model->n_twists != 0) {
+        kl_twists_move(model, input, e);
+    }
 }
 
 kl_real kl_energy(const struct kl_model *model, const struct kl_state *state,
@@ -276,6 +287,9 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state,
     read_track(model, &stage, e);
     place_bodies(model, &here, &stage, e);
     place_wheelsets(model, &here, &stage, e);
+    if (model->n_twists != 0) {
+        kl_twists_carry(model, &here, e);
+    }
     for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
         e->motion[i][RATE] = KL_R(0);
     }
@@ -298,10 +312,12 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state,
         const struct kl_axle *axle = &e->axle[w];
         const kl_real p = axle->x[KL_WS_Y_RATE];
         const kl_real yaw = axle->x[KL_WS_YAW_RATE];
-        const kl_real spin = axle->x[KL_WS_SPIN];
+        const kl_real right = axle->spin[KL_RIGHT];
+        const kl_real left = axle->spin[KL_LEFT];
+        const kl_real spin = KL_R(0.5) * (right * right + left * left);
         twice += ws->mass_kg * (p * p + axle->z_rate * axle->z_rate) +
                  ws->inertia_roll_kgm2 * (axle->roll_rate * axle->roll_rate) +
-                 ws->inertia_yaw_kgm2 * (yaw * yaw) + ws->inertia_spin_kgm2 * (spin * spin);
+                 ws->inertia_yaw_kgm2 * (yaw * yaw) + ws->inertia_spin_kgm2 * spin;
         for (int s = 0; s < KL_SIDES; s++) {
             const kl_real push = kl_max_real(axle->flange.overlap[s], KL_R(0));
             twice += model->pairs[ws->pair].flange_stiffness_N_m * (push * push);

@@ -1,8 +1,10 @@
 /* kl_step.c - the life of a state, and the integrator. */
 #include "kl_step.h"
 
+#include "kl_damp.h"
 #include "kl_math.h"
 #include "kl_rates.h"
+#include "kl_twist.h"
 
 /* ---- inputs ---- */
 
@@ -46,7 +48,10 @@ static uint32_t check_input(const struct kl_model *model, const struct kl_state 
         kept->side_force_N[b] = kl_lane_first(
             limited(kl_lane_all(input->side_force_N[b]), KL_R(-1e7), KL_R(1e7), KL_R(0), &wrong));
     }
-    const int cut = kl_struts_limit(&model->struts, input, kept);
+    int cut = kl_struts_limit(&model->struts, input, kept);
+    if (model->n_twists != 0) {
+        cut |= kl_twists_limit(model, input, kept);
+    }
     return kl_lane_is_0(wrong) && !cut ? 0u : (uint32_t)KL_FAULT_INPUT;
 }
 
@@ -126,6 +131,13 @@ int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
     if (wheelset >= model->n_wheelsets) {
         return -1;
     }
+    if (which == KL_WS_TWIST) {
+        uint32_t twist = kl_twist_states(model);
+        for (uint32_t w = 0; w < wheelset; w++) {
+            twist += model->wheelsets[w].independent;
+        }
+        return model->wheelsets[wheelset].independent != 0 ? (int32_t)twist : -1;
+    }
     return (int32_t)(kl_wheelset_states(model) + KL_WHEELSET_STATES * wheelset + (uint32_t)which);
 }
 
@@ -148,6 +160,12 @@ static void write_rates(const struct kl_model *model, const struct kl_evaluation
         }
     }
     kl_slips_rates(&model->struts, &e->slipped, rates);
+    rates += model->struts.n_slips;
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        if (model->wheelsets[w].independent != 0) {
+            *rates++ = e->axle[w].twist_rate;
+        }
+    }
 }
 
 /*
@@ -199,39 +217,6 @@ void kl_observe(const struct kl_model *model, const struct kl_state *state,
     kl_write_output(model, state, &stage, e, output);
 }
 
-/*
- * A wheelset's share of the step, where creep damps a velocity p by z = step * damping. With e =
- * sigma a, the part of the last acceleration that is carried on, the evaluation stood at p + h e
- * and gave F; then
- *     a = (F + z e/2)/(1 + (1 - sigma/2) z),   p_new = p + h a + h/2 (e - sigma a),
- * and the last terms add up to nothing over several steps. If z is all the damping there is, a is
- * exactly the acceleration at p_new: the trapezoidal rule with sigma = 1, implicit Euler with sigma
- * = 0. sigma = min(1, 1/z) is second order where creep is not stiff, and never overshoots where it
- * is: a saturated creep force would answer that by alternating between +-mu N. With z = 0 this is
- * leapfrog.
- */
-struct damped {
-    kl_both force;   /* F */
-    kl_both carried; /* e, and sigma a afterwards */
-    kl_both z;
-    kl_both a;
-};
-
-static inline kl_lane carried_part(kl_lane z) {
-    return KL_R(1) / kl_lane_max(z, kl_lane_all(KL_R(1)));
-}
-
-static void damp(struct damped *d) {
-    KL_EACH_LANE(g) {
-        const kl_lane half_z = KL_R(0.5) * KL_LANE(d->z, g);
-        const kl_lane sigma = carried_part(KL_LANE(d->z, g));
-        const kl_lane a = (KL_LANE(d->force, g) + half_z * KL_LANE(d->carried, g)) /
-                          (KL_R(1) + (KL_R(2) - sigma) * half_z);
-        KL_LANE(d->a, g) = a;
-        KL_LANE(d->carried, g) = sigma * a;
-    }
-}
-
 /* A velocity at the end of the step, and its coordinate's rate there. */
 static inline void finish(kl_real *x, kl_real *rate, const kl_real *next, const kl_real *next_rate,
                           kl_real h, kl_real a, kl_real carried) {
@@ -250,14 +235,14 @@ static void finish_wheelset(const struct kl_model *model, const struct kl_evalua
     const kl_real *force = axle->rate;
     struct kl_stiffness z;
     kl_axle_stiffness(&model->wheelsets[w], axle, &e->forces[w], h, &z);
-    struct damped moved = {.force = {force[KL_WS_Y_RATE], force[KL_WS_YAW_RATE]},
-                           .carried = {rate[KL_WS_Y_RATE], rate[KL_WS_YAW_RATE]},
-                           .z = {z.y, z.yaw}};
-    struct damped turned = {.force = {force[KL_WS_SPIN], KL_R(0)},
-                            .carried = {rate[KL_WS_SPIN], KL_R(0)},
-                            .z = {z.spin, KL_R(0)}};
-    damp(&moved);
-    damp(&turned);
+    struct kl_damped moved = {.force = {force[KL_WS_Y_RATE], force[KL_WS_YAW_RATE]},
+                              .carried = {rate[KL_WS_Y_RATE], rate[KL_WS_YAW_RATE]},
+                              .z = {z.y, z.yaw}};
+    struct kl_damped turned = {.force = {force[KL_WS_SPIN], KL_R(0)},
+                               .carried = {rate[KL_WS_SPIN], KL_R(0)},
+                               .z = {z.spin, KL_R(0)}};
+    kl_damp(&moved);
+    kl_damp(&turned);
     finish(&x[KL_WS_Y], &rate[KL_WS_Y], &axle->x[KL_WS_Y], &axle->rate[KL_WS_Y], h, moved.a[0],
            moved.carried[0]);
     finish(&x[KL_WS_YAW], &rate[KL_WS_YAW], &axle->x[KL_WS_YAW], &axle->rate[KL_WS_YAW], h,
@@ -290,6 +275,9 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
         rate += KL_WHEELSET_STATES;
     }
     kl_slips_finish(&model->struts, &e->slipped, x, rate);
+    if (model->n_twists != 0) {
+        kl_twists_finish(model, e, state);
+    }
 }
 
 /* 1 where all accelerations are finite, and so far below the largest real that the new state will
@@ -327,9 +315,12 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_
         kl_real *rate = &state->rate[first + KL_WHEELSET_STATES * w];
         struct kl_stiffness z;
         kl_axle_stiffness(&model->wheelsets[w], &e->axle[w], &e->forces[w], model->step_s, &z);
-        rate[KL_WS_Y_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y)));
-        rate[KL_WS_YAW_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.yaw)));
-        rate[KL_WS_SPIN] *= kl_lane_first(carried_part(kl_lane_all(z.spin)));
+        rate[KL_WS_Y_RATE] *= kl_lane_first(kl_carried_part(kl_lane_all(z.y)));
+        rate[KL_WS_YAW_RATE] *= kl_lane_first(kl_carried_part(kl_lane_all(z.yaw)));
+        rate[KL_WS_SPIN] *= kl_lane_first(kl_carried_part(kl_lane_all(z.spin)));
+    }
+    if (model->n_twists != 0) {
+        kl_twists_refresh(model, e, state);
     }
 }
 

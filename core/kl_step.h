@@ -17,12 +17,22 @@ extern "C" {
 
 /* States: per body each freedom that it has, coordinate and rate, then per wheelset y, y', psi, psi'
  * + kappa V, Omega, then per series damper or friction element how far its damper or slider has
- * moved. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point at height z
+ * moved, then per wheelset with independent wheels its twist. Omega is the mean of both wheels, the
+ * twist half their difference: the right one turns with Omega + twist, the left one with Omega -
+ * twist. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point at height z
  * is y' - z V phi0'. */
 #define KL_WHEELSET_STATES 5
 #define KL_MAX_STATES                                                                              \
-    (2 * KL_FREEDOMS * KL_MAX_BODIES + KL_WHEELSET_STATES * KL_MAX_WHEELSETS + KL_MAX_SLIPS)
-enum kl_wheelset_state { KL_WS_Y = 0, KL_WS_Y_RATE, KL_WS_YAW, KL_WS_YAW_RATE, KL_WS_SPIN };
+    (2 * KL_FREEDOMS * KL_MAX_BODIES + KL_WHEELSET_STATES * KL_MAX_WHEELSETS + KL_MAX_SLIPS +      \
+     KL_MAX_WHEELSETS)
+enum kl_wheelset_state {
+    KL_WS_Y = 0,
+    KL_WS_Y_RATE,
+    KL_WS_YAW,
+    KL_WS_YAW_RATE,
+    KL_WS_SPIN,
+    KL_WS_TWIST /* not among the five: at the tail, of independent wheels alone */
+};
 
 /* Faults: bits, latched in the state until kl_init or kl_clear_faults. */
 enum kl_fault {
@@ -57,14 +67,17 @@ struct kl_state {
     kl_real speed_m_s; /* V */
     kl_real x[KL_MAX_STATES];
     kl_real
-        rate[KL_MAX_STATES]; /* with which x goes on; of y', psi' and Omega of a wheelset the part
-                                    that its creep does not stop (see kl_step) */
+        rate[KL_MAX_STATES]; /* with which x goes on; of y', psi', Omega and twist of a wheelset the
+                                    part that its creep does not stop (see kl_step) */
     struct kl_lift lift[KL_MAX_WHEELSETS];
 };
 
 struct kl_input {
-    kl_real speed_m_s;                        /* set-point of V, 0..KL_MAX_SPEED_M_S */
-    kl_real axle_torque_Nm[KL_MAX_WHEELSETS]; /* positive drives forward */
+    kl_real speed_m_s;                         /* set-point of V, 0..KL_MAX_SPEED_M_S */
+    kl_real axle_torque_Nm[KL_MAX_WHEELSETS];  /* positive drives forward; half of it on either of
+                                                 independent wheels */
+    kl_real twist_torque_Nm[KL_MAX_WHEELSETS]; /* of independent wheels: more on the right one and
+                                                  less on the left one; solid axles ignore it */
     kl_real friction_factor[KL_MAX_WHEELSETS]
                            [KL_SIDES]; /* multiplies mu, 0..2; kl_input_init sets 1 */
     /* rail conditions, per wheel, on top of the model's (struct kl_creep_def); kl_input_init sets 1, 1, 0 */
@@ -98,9 +111,10 @@ struct kl_contact_output {
 struct kl_wheelset_output {
     kl_real y_m; /* relative to the track centre line */
     kl_real yaw_rad;
-    kl_real z_m;        /* positive down */
-    kl_real roll_rad;   /* relative to the canted track */
-    kl_real spin_rad_s; /* Omega, positive rolling forward */
+    kl_real z_m;         /* positive down */
+    kl_real roll_rad;    /* relative to the canted track */
+    kl_real spin_rad_s;  /* Omega, positive rolling forward; of independent wheels the mean */
+    kl_real twist_rad_s; /* right wheel Omega + twist, left wheel Omega - twist; 0: solid axle */
     kl_real y_rate_m_s;
     kl_real yaw_rate_rad_s; /* relative to the track */
     kl_real y_acc_m_s2;     /* absolute lateral acceleration without gravity: y'' + kappa V^2 */
@@ -168,7 +182,8 @@ void kl_input_init(struct kl_input *input);
 enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_real s_m,
                        kl_real speed_m_s, struct kl_work *work);
 
-/* Where a freedom lives in state->x; -1 where the body does not have it. `rate` 1 for its rate. */
+/* Where a freedom lives in state->x; -1 where the body or the wheelset does not have it (the twist of
+ * a solid axle). `rate` 1 for its rate. */
 int32_t kl_body_state_index(const struct kl_model *model, uint32_t body, enum kl_freedom freedom,
                             int rate);
 int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
@@ -186,7 +201,8 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_
  * forces come from places alone; velocities enter the forces by extrapolation, and the diagonal
  * creep damping of each wheelset, reduced by the secant of the saturated law, is taken implicitly.
  * As that damping grows stiff (towards standstill) the method turns into the implicit Euler one for
- * y', psi' and Omega. Stable below: undamped angular frequency 2/step, explicit damping 1/step.
+ * y', psi' and Omega. Independent wheels can roll while the wheelset yaws, so there yaw and twist are
+ * damped together: the slip of both as above, what rolls not at all. Stable below: undamped angular frequency 2/step, explicit damping 1/step.
  * Re-entrant: touches nothing but its arguments.
  */
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,

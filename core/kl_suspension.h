@@ -13,9 +13,13 @@ static inline uint32_t kl_freedoms_of(const struct kl_body *body) {
     return n;
 }
 
-/* Where the states of the slips begin, the last ones; and those of the wheelsets before them. */
+/* Where the twists of the wheelsets with independent wheels begin, the last states; those of the
+ * slips before them; and those of the wheelsets before these. */
+static inline uint32_t kl_twist_states(const struct kl_model *model) {
+    return model->n_states - model->n_twists;
+}
 static inline uint32_t kl_slip_states(const struct kl_model *model) {
-    return model->n_states - model->struts.n_slips;
+    return kl_twist_states(model) - model->struts.n_slips;
 }
 static inline uint32_t kl_wheelset_states(const struct kl_model *model) {
     return kl_slip_states(model) - KL_WHEELSET_STATES * model->n_wheelsets;

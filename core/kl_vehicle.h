@@ -57,6 +57,9 @@ struct kl_wheelset_def {
     double load_N; /* a dead vertical load on the axle besides weight and suspension, >= 0 */
     uint32_t pair; /* index into pairs */
     struct kl_creep_def creep;
+    int independent; /* 0: both wheels on one axle; 1: either turns by itself, each with half of
+                        inertia_spin_kgm2 */
+    double coupling_Nms_rad; /* of independent wheels: a rotary damper between them, >= 0 */
 };
 
 /* The direction in which an element's line, slip, stop, damper and actuator work: along or about an
@@ -206,6 +209,8 @@ struct kl_wheelset {
     kl_real static_load_N; /* vertical preload and own weight: the axle load */
     uint32_t pair;
     struct kl_creep_def creep;
+    uint32_t independent;     /* 1: either wheel turns by itself */
+    kl_real coupling_Nms_rad; /* between them */
 };
 
 /* The suspension as sparse rows: force on coordinate i = - sum (k q[column] + c q'[column]).
@@ -270,6 +275,7 @@ struct kl_model {
     uint32_t n_bodies;
     uint32_t n_wheelsets;
     uint32_t n_pairs;
+    uint32_t n_twists; /* wheelsets with independent wheels */
     uint32_t n_states;
     const struct kl_body *bodies;
     const struct kl_wheelset *wheelsets;

@@ -22,7 +22,11 @@ static void retune(void *context, void *memory, double speed_m_s) {
     struct kl_state *state = memory;
     const double ratio = speed_m_s / (double)state->speed_m_s;
     for (uint32_t w = 0; w < v->model->n_wheelsets; w++) {
+        const int32_t twist = kl_wheelset_state_index(v->model, w, KL_WS_TWIST);
         state->x[kl_wheelset_state_index(v->model, w, KL_WS_SPIN)] *= (kl_real)ratio;
+        if (twist >= 0) {
+            state->x[twist] *= (kl_real)ratio;
+        }
     }
     state->speed_m_s = (kl_real)speed_m_s;
     v->input.speed_m_s = (kl_real)speed_m_s;

@@ -101,6 +101,11 @@ static void wheelsets(FILE *f, const struct kl_model *m, const char *name) {
         fputs(",\n     ", f);
         field(f, "static_load_N", w->static_load_N);
         fprintf(f, ".pair = %" PRIu32 ",\n     ", w->pair);
+        if (w->independent != 0) {
+            fprintf(f, ".independent = %" PRIu32 ", ", w->independent);
+            field(f, "coupling_Nms_rad", w->coupling_Nms_rad);
+            fputs("\n     ", f);
+        }
         creep(f, &w->creep);
         fputs("},\n", f);
     }
@@ -386,8 +391,8 @@ static void definition(FILE *f, const struct kl_model *m, const char *name) {
     field(f, "acceleration_limit_m_s2", m->acceleration_limit_m_s2);
     fprintf(f,
             "\n    .n_bodies = %" PRIu32 ", .n_wheelsets = %" PRIu32 ", .n_pairs = %" PRIu32
-            ", .n_states = %" PRIu32 ",\n    ",
-            m->n_bodies, m->n_wheelsets, m->n_pairs, m->n_states);
+            ",\n    .n_twists = %" PRIu32 ", .n_states = %" PRIu32 ",\n    ",
+            m->n_bodies, m->n_wheelsets, m->n_pairs, m->n_twists, m->n_states);
     if (m->n_bodies > 0) {
         fprintf(f, ".bodies = %s_bodies, ", name);
     }

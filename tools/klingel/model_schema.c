@@ -145,16 +145,22 @@ static const cyaml_schema_field_t creep_fields[] = {
     OPT_NUMBER(raw_creep, f33_Nm2),
     CYAML_FIELD_END};
 
-static const cyaml_schema_field_t wheelset_fields[] = {NAME(raw_wheelset, name),
-                                                       NUMBER(raw_wheelset, mass_kg),
-                                                       NUMBER(raw_wheelset, inertia_roll_kgm2),
-                                                       NUMBER(raw_wheelset, inertia_spin_kgm2),
-                                                       NUMBER(raw_wheelset, inertia_yaw_kgm2),
-                                                       NUMBER(raw_wheelset, x_m),
-                                                       NUMBER_OR_0(raw_wheelset, load_N),
-                                                       NAME(raw_wheelset, pair),
-                                                       PART(raw_wheelset, creep, creep_fields),
-                                                       CYAML_FIELD_END};
+static const cyaml_strval_t wheels[] = {{"solid", RAW_SOLID}, {"independent", RAW_INDEPENDENT}};
+
+static const cyaml_schema_field_t wheelset_fields[] = {
+    NAME(raw_wheelset, name),
+    NUMBER(raw_wheelset, mass_kg),
+    NUMBER(raw_wheelset, inertia_roll_kgm2),
+    NUMBER(raw_wheelset, inertia_spin_kgm2),
+    NUMBER(raw_wheelset, inertia_yaw_kgm2),
+    NUMBER(raw_wheelset, x_m),
+    NUMBER_OR_0(raw_wheelset, load_N),
+    NAME(raw_wheelset, pair),
+    CYAML_FIELD_ENUM("wheels", STRICT_MAY, struct raw_wheelset, wheels, wheels,
+                     CYAML_ARRAY_LEN(wheels)),
+    OPT_NUMBER(raw_wheelset, coupling_Nms_rad),
+    PART(raw_wheelset, creep, creep_fields),
+    CYAML_FIELD_END};
 
 static const cyaml_strval_t freedoms[] = {{"y", KL_HAS(KL_Y)},
                                           {"z", KL_HAS(KL_Z)},

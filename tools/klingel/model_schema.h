@@ -131,6 +131,8 @@ struct raw_creep {
     double *f33_Nm2;
 };
 
+enum raw_wheels { RAW_SOLID = 0, RAW_INDEPENDENT = 1 };
+
 struct raw_wheelset {
     char name[KL_NAME_SIZE];
     double mass_kg;
@@ -140,6 +142,8 @@ struct raw_wheelset {
     double x_m;
     double load_N;
     char pair[KL_NAME_SIZE];
+    int wheels; /* enum raw_wheels */
+    double *coupling_Nms_rad;
     struct raw_creep creep;
 };
 

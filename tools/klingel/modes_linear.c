@@ -50,6 +50,10 @@ void modes_name(const struct kl_model *model, struct modes_names *names) {
                  kl_wheelset_state_index(model, w, KL_WS_YAW_RATE), (double)ws->inertia_yaw_kgm2);
         add_name(names, ws->name, "spin", -1, kl_wheelset_state_index(model, w, KL_WS_SPIN),
                  (double)ws->inertia_spin_kgm2);
+        const int32_t twist = kl_wheelset_state_index(model, w, KL_WS_TWIST);
+        if (twist >= 0) {
+            add_name(names, ws->name, "twist", -1, twist, (double)ws->inertia_spin_kgm2);
+        }
     }
 }
 
@@ -99,8 +103,8 @@ static void find_parts(const struct linear *l, const struct eigen *e, uint32_t k
     const uint32_t n = l->request->model->n_states;
     const bool pair = e->imag[k] != 0.0;
     const bool neutral = hypot(e->real[k], e->imag[k]) <= MODES_NEUTRAL;
-    double share[KL_FREEDOMS * KL_MAX_BODIES + 3 * KL_MAX_WHEELSETS];
-    double phase[KL_FREEDOMS * KL_MAX_BODIES + 3 * KL_MAX_WHEELSETS];
+    double share[MODES_FREEDOMS];
+    double phase[MODES_FREEDOMS];
     double total = 0.0;
     for (uint32_t f = 0; f < names->n; f++) {
         int32_t position = names->freedom[f].position;

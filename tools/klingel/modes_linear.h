@@ -40,14 +40,15 @@ struct modes {
 };
 
 /* The freedoms of a model: bodies' and wheelsets', each with the states of position and rate. */
+#define MODES_FREEDOMS (KL_FREEDOMS * KL_MAX_BODIES + 4 * KL_MAX_WHEELSETS)
 struct modes_names {
     uint32_t n;
     struct {
         char name[KL_NAME_SIZE + 8];
-        int32_t position; /* state; -1 for spin */
+        int32_t position; /* state; -1 for spin and twist */
         int32_t rate;
         double inertia;
-    } freedom[KL_FREEDOMS * KL_MAX_BODIES + 3 * KL_MAX_WHEELSETS];
+    } freedom[MODES_FREEDOMS];
 };
 void modes_name(const struct kl_model *model, struct modes_names *names);
 

@@ -160,6 +160,9 @@ void run_csv_header(FILE *file, const struct kl_model *model) {
         for (size_t i = 0; i < sizeof wheelset_column / sizeof wheelset_column[0]; i++) {
             fprintf(file, ",%s_%s", name, wheelset_column[i]);
         }
+        if (model->wheelsets[w].independent != 0) {
+            fprintf(file, ",%s_twist_rad_s", name);
+        }
         for (int s = 0; s < KL_SIDES; s++) {
             for (size_t i = 0; i < sizeof wheel_column / sizeof wheel_column[0]; i++) {
                 fprintf(file, ",%s_%s_%s", name, side_name[s], wheel_column[i]);
@@ -195,6 +198,9 @@ void run_csv_row(FILE *file, const struct kl_model *model, const struct kl_outpu
             o->spin_rad_s, o->y_acc_m_s2, o->force_y_N, o->irregularity.lateral_m};
         for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
             put(file, values[i]);
+        }
+        if (model->wheelsets[w].independent != 0) {
+            put(file, o->twist_rad_s);
         }
         for (int s = 0; s < KL_SIDES; s++) {
             put(file, o->q_N[s]);
