@@ -78,6 +78,16 @@ class Textbook(unittest.TestCase):
         for speed, values in modes(LINEAR, "0.5:150:6.5", *bending(0)).items():
             self.assertGreater(max(v.real for v in values), 1e-6, speed)
 
+    def test_independent_wheels_neither_hunt_nor_steer(self) -> None:
+        """Wickens: without the couple of longitudinal creep there is no hunting, and none of its steering in a curve."""
+        car = "models/independent_wheels.yaml"
+        for speed, values in modes(car, "2:100:14").items():
+            swinging = [v for v in values if abs(v.imag) > 1e-3]
+            self.assertLess(max(v.real for v in swinging), 0.0, speed)
+        for row in rows(output("curve", car, "--radius=1000", *BALANCED, "--csv")):
+            for side in ("right", "left"):
+                self.assertAlmostEqual(float(row[f"{side}_T1_N"]), 0.0, delta=1.0)
+
     def test_bending_stiffness_trades_steering_for_stability(self) -> None:
         attack, speed = [], []
         for k in (0.3e6, 0.6e6, 1e6):
