@@ -51,7 +51,7 @@ void kl_twists_move(const struct kl_model *model, const struct kl_input *restric
         }
         kl_both creep;
         KL_EACH_LANE(g) {
-            KL_LANE(creep, g) = KL_LANE(axle->radius, g) * KL_LANE(forces->t1, g) +
+            KL_LANE(creep, g) = KL_LANE(axle->radius, g) * KL_LANE(forces->tread.t1, g) +
                                 KL_LANE(axle->flange.radius, g) * KL_LANE(forces->flange.t1, g);
         }
         const kl_real driven = KL_R(2) * input->twist_torque_Nm[w];
@@ -84,7 +84,8 @@ static struct twist_damping find_damping(const struct kl_wheelset *wheelset,
     kl_both twist;
     kl_both coupled;
     KL_EACH_LANE(g) {
-        const kl_lane tread = KL_LANE(forces->reduction, g) * KL_LANE(forces->f11_N, g) * by;
+        const kl_lane tread =
+            KL_LANE(forces->tread.reduction, g) * KL_LANE(forces->tread.f11_N, g) * by;
         const kl_lane flange =
             KL_LANE(forces->flange.reduction, g) * KL_LANE(forces->flange.f11_N, g) * by;
         const kl_lane r = KL_LANE(axle->radius, g);

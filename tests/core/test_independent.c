@@ -140,8 +140,8 @@ static void it_does_not_hunt(void **state) {
         if (independent) {
             assert_near(least, y, 1e-9);
             assert_near((double)o.wheelset[0].yaw_rad, 0.0, 1e-9);
-            assert_near((double)o.wheelset[0].wheel[KL_RIGHT].tread.gamma1, 0.0, 1e-9);
-            assert_near((double)o.wheelset[0].wheel[KL_LEFT].tread.gamma1, 0.0, 1e-9);
+            assert_near((double)o.wheelset[0].tread.gamma1[KL_RIGHT], 0.0, 1e-9);
+            assert_near((double)o.wheelset[0].tread.gamma1[KL_LEFT], 0.0, 1e-9);
         } else {
             assert_true(least < -y); /* and grows, as free wheelsets do */
         }
@@ -171,8 +171,8 @@ static void a_curve_does_not_steer_it(void **state) {
     const double left = speed * (1.0 + ARCS_L * kappa) / (ARCS_R0 - dr);
     print_message("y %.3g mm, twist %.6f rad/s\n", 1e3 * (double)w->y_m, (double)w->twist_rad_s);
     assert_near((double)w->yaw_rad, 0.0, 1e-8);
-    assert_near((double)w->wheel[KL_RIGHT].tread.t1_N, 0.0, 0.1);
-    assert_near((double)w->wheel[KL_LEFT].tread.t1_N, 0.0, 0.1);
+    assert_near((double)w->tread.t1_N[KL_RIGHT], 0.0, 0.1);
+    assert_near((double)w->tread.t1_N[KL_LEFT], 0.0, 0.1);
     assert_near((double)w->twist_rad_s, 0.5 * (right - left), 1e-6);
     assert_near((double)w->spin_rad_s, 0.5 * (right + left), 1e-6);
     unbuild(&b);
@@ -200,8 +200,8 @@ static void opposite_torques_steer_it(void **state) {
         assert_int_equal(kl_step(&b.model, &x, &input, &o, work()), 0);
     }
     assert_near((double)o.wheelset[0].yaw_rad, -2.0 * ARCS_L * 1000.0 / ARCS_R0 / 2e6, 1e-7);
-    assert_near((double)o.wheelset[0].wheel[KL_RIGHT].tread.t1_N, 1000.0 / ARCS_R0, 0.1);
-    assert_near((double)o.wheelset[0].wheel[KL_LEFT].tread.t1_N, -1000.0 / ARCS_R0, 0.1);
+    assert_near((double)o.wheelset[0].tread.t1_N[KL_RIGHT], 1000.0 / ARCS_R0, 0.1);
+    assert_near((double)o.wheelset[0].tread.t1_N[KL_LEFT], -1000.0 / ARCS_R0, 0.1);
     unbuild(&b);
 }
 
@@ -307,7 +307,7 @@ static void it_is_stable_at_any_speed(void **state) {
         for (int n = 0; n < 4000; n++) {
             assert_int_equal(kl_step(&b.model, &x, &input, &o, work()), 0);
             for (int s = 0; s < KL_SIDES && n >= 3000; s++) {
-                left = fmax(left, fabs((double)o.wheelset[0].wheel[s].tread.t1_N));
+                left = fmax(left, fabs((double)o.wheelset[0].tread.t1_N[s]));
             }
         }
         print_message("%g m/s%s: T1 in the last second %.3g N\n", (double)at,

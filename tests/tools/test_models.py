@@ -86,7 +86,7 @@ class Textbook(unittest.TestCase):
             self.assertLess(max(v.real for v in swinging), 0.0, speed)
         for row in rows(output("curve", car, "--radius=1000", *BALANCED, "--csv")):
             for side in ("right", "left"):
-                self.assertAlmostEqual(float(row[f"{side}_T1_N"]), 0.0, delta=1.0)
+                self.assertAlmostEqual(float(row[f"{side}_t1_N"]), 0.0, delta=1.0)
 
     def test_bending_stiffness_trades_steering_for_stability(self) -> None:
         attack, speed = [], []
