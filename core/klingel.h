@@ -45,6 +45,7 @@
 
 #include "kl_base.h"
 #include "kl_contact.h"
+#include "kl_force.h"
 #include "kl_geometry.h"
 #include "kl_profile.h"
 #include "kl_step.h"

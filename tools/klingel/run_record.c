@@ -169,7 +169,6 @@ void run_csv_header(FILE *file, const struct kl_model *model) {
             }
         }
     }
-    fputc('\n', file);
 }
 
 static void put(FILE *file, kl_real value) {
@@ -213,5 +212,4 @@ void run_csv_row(FILE *file, const struct kl_model *model, const struct kl_outpu
             put(file, o->rise_m[s]);
         }
     }
-    fputc('\n', file);
 }
