@@ -33,7 +33,14 @@ typedef uint64_t kl_real_bits;
 #define KL_NO_SIGN UINT64_C(0x7fffffffffffffff)
 #endif
 
-#define KL_EACH_LANE(g) for (int g = 0; g < KL_SIDES / KL_LANES; g++)
+/* Passes follow each other without a loop, so that what belongs to either side stays in registers; gcc
+ * must be told below -O3. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define KL_UNROLL _Pragma("GCC unroll 2")
+#else
+#define KL_UNROLL
+#endif
+#define KL_EACH_LANE(g) KL_UNROLL for (int g = 0; g < KL_SIDES / KL_LANES; g++)
 
 #if KL_LANES == 2
 

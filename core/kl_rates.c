@@ -166,30 +166,25 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
     }
 }
 
+/* Two rows at a time: every column is read once for both. */
 static void suspension_forces(const struct kl_suspension *restrict suspension,
                               kl_both *restrict motion, kl_real *restrict force) {
     const struct kl_spring *spring = suspension->spring;
     const uint16_t *column = suspension->column;
-    const uint16_t *row_start = suspension->row_start;
-    for (size_t i = 0, rows = suspension->n_coordinates; i < rows; i++) {
-        kl_both sum = {KL_R(0), KL_R(0)}; /* elastic, viscous */
-        const uint32_t n = (uint32_t)row_start[i + 1u] - row_start[i];
-        for (uint32_t two = n >> 1; two != 0; two--) { /* two at a time, one after the other */
+    const uint16_t *twins = suspension->twins;
+    const uint16_t *end = twins + 3u * kl_count_twins(suspension);
+    for (; twins != end; twins += 3) {
+        kl_both first = {KL_R(0), KL_R(0)}; /* elastic, viscous */
+        kl_both second = {KL_R(0), KL_R(0)};
+        for (uint32_t n = twins[2]; n != 0; n--, spring += 2, column++) {
             KL_EACH_LANE(g) {
-                KL_LANE(sum, g) += kl_lane_load(&spring[0].k, g) * KL_LANE(motion[column[0]], g);
-                KL_LANE(sum, g) += kl_lane_load(&spring[1].k, g) * KL_LANE(motion[column[1]], g);
+                const kl_lane q = KL_LANE(motion[*column], g);
+                KL_LANE(first, g) += kl_lane_load(&spring[0].k, g) * q;
+                KL_LANE(second, g) += kl_lane_load(&spring[1].k, g) * q;
             }
-            spring += 2;
-            column += 2;
         }
-        if ((n & 1u) != 0) {
-            KL_EACH_LANE(g) {
-                KL_LANE(sum, g) += kl_lane_load(&spring->k, g) * KL_LANE(motion[*column], g);
-            }
-            spring++;
-            column++;
-        }
-        force[i] = -KL_SUM(sum);
+        force[twins[0]] = -KL_SUM(first);
+        force[twins[1]] = -KL_SUM(second);
     }
 }
 

@@ -30,7 +30,7 @@ struct kl_evaluation {
     struct kl_axle axle[KL_MAX_WHEELSETS];
     struct kl_axle_forces forces[KL_MAX_WHEELSETS];
     kl_both motion[KL_MAX_COORDINATES]; /* of the suspension: a coordinate has its rate beside it */
-    kl_real force[KL_MAX_COORDINATES];
+    kl_real force[KL_MAX_COORDINATES + 1]; /* and a place for the force of no row */
     struct kl_slipped slipped;
     struct kl_input kept; /* inputs within their ranges */
     struct kl_lift lift[KL_MAX_WHEELSETS];

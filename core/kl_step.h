@@ -162,11 +162,6 @@ struct kl_output {
  */
 #define KL_WORK_REALS                                                                              \
     (32u + 40u * KL_MAX_BODIES + 288u * KL_MAX_WHEELSETS + 2u * KL_MAX_SLIPS + KL_MAX_ACTUATORS)
-#ifdef __cplusplus
-#define KL_ALIGN(bytes) alignas(bytes)
-#else
-#define KL_ALIGN(bytes) _Alignas(bytes)
-#endif
 struct kl_work {
     KL_ALIGN(16) kl_real room[KL_WORK_REALS];
 };

@@ -406,9 +406,9 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     }
     const struct kl_suspension *s = &m->suspension;
     h = hash_u32(hash_u32(h, s->n_coordinates), s->n_entries);
-    h = kl_hash_bytes(h, s->row_start, (s->n_coordinates + 1u) * sizeof(uint16_t));
+    h = kl_hash_bytes(h, s->twins, 3u * kl_count_twins(s) * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->column, s->n_entries * sizeof(uint16_t));
-    h = kl_hash_bytes(h, s->spring, s->n_entries * sizeof(struct kl_spring));
+    h = kl_hash_bytes(h, s->spring, 2u * s->n_entries * sizeof(struct kl_spring));
     h = hash_struts(h, &m->struts);
     h = hash_u32(hash_u32(h, m->track.n_pieces), m->track.n_bins);
     h = hash_real(h, m->track.inv_bin_1_m);
@@ -462,7 +462,7 @@ static int has_sound_struts(const struct kl_model *m) {
 /* What the hash itself and the step rely on without asking. */
 static int has_sound_tables(const struct kl_model *m) {
     if (m->wheelsets == NULL || m->pairs == NULL || (m->n_bodies != 0 && m->bodies == NULL) ||
-        m->suspension.row_start == NULL || m->suspension.column == NULL ||
+        m->suspension.twins == NULL || m->suspension.column == NULL ||
         m->suspension.spring == NULL || m->track.piece == NULL || m->track.bin == NULL) {
         return 0;
     }

@@ -213,8 +213,12 @@ struct kl_wheelset {
     kl_real coupling_Nms_rad; /* between them */
 };
 
-/* The suspension as sparse rows: force on coordinate i = - sum (k q[column] + c q'[column]).
- * Coordinates: five per body (kl_freedom), then four per wheelset (y, z, roll, yaw). */
+/*
+ * The suspension as sparse rows: force on coordinate i = - sum (k q[column] + c q'[column]).
+ * Coordinates: five per body (kl_freedom), then four per wheelset (y, z, roll, yaw). Rows come two
+ * and two, such that share as many columns as can be: an entry is a column and what either row has
+ * there, which may be nothing.
+ */
 #define KL_COORDINATES(bodies, wheelsets) (KL_FREEDOMS * (bodies) + 4u * (wheelsets))
 #define KL_MAX_COORDINATES KL_COORDINATES(KL_MAX_BODIES, KL_MAX_WHEELSETS)
 struct kl_spring {
@@ -224,10 +228,14 @@ struct kl_spring {
 struct kl_suspension {
     uint32_t n_coordinates;
     uint32_t n_entries;
-    const uint16_t *row_start;      /* n_coordinates + 1 */
+    const uint16_t *twins; /* three each: the two rows, of which the second may be n_coordinates for
+                              none, and how many entries they have */
     const uint16_t *column;         /* n_entries */
-    const struct kl_spring *spring; /* n_entries */
+    const struct kl_spring *spring; /* two each */
 };
+static inline uint32_t kl_count_twins(const struct kl_suspension *s) {
+    return (s->n_coordinates + 1u) / 2u;
+}
 
 /*
  * What is not linear, or has a state of its own: forces along one direction each, d = sum factor

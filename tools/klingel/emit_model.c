@@ -215,7 +215,7 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
 
 static void suspension(FILE *f, const struct kl_model *m, const char *name) {
     const struct kl_suspension *s = &m->suspension;
-    words(f, name, "row_start", s->row_start, s->n_coordinates + 1);
+    words(f, name, "twins", s->twins, 3 * kl_count_twins(s));
     if (s->n_entries == 0) { /* arrays all the same: kl_model_check wants no NULL */
         fprintf(f, "static const uint16_t %s_column[] = {0};\n", name);
         fprintf(f, "static const struct kl_spring %s_spring[] = {{0, 0}};\n\n", name);
@@ -223,7 +223,7 @@ static void suspension(FILE *f, const struct kl_model *m, const char *name) {
     }
     words(f, name, "column", s->column, s->n_entries);
     fprintf(f, "static const struct kl_spring %s_spring[] = {\n", name);
-    for (uint32_t i = 0; i < s->n_entries; i++) {
+    for (uint32_t i = 0; i < 2 * s->n_entries; i++) {
         fputs("    {", f);
         real(f, s->spring[i].k);
         fputs(", ", f);
@@ -351,7 +351,7 @@ static void track_fields(FILE *f, const struct kl_track *t, const char *name) {
 static void suspension_fields(FILE *f, const struct kl_suspension *s, const char *name) {
     fprintf(f,
             "    .suspension = {.n_coordinates = %" PRIu32 ", .n_entries = %" PRIu32
-            ", .row_start = %s_row_start,\n"
+            ", .twins = %s_twins,\n"
             "                   .column = %s_column, .spring = %s_spring},\n",
             s->n_coordinates, s->n_entries, name, name, name);
 }
@@ -442,8 +442,8 @@ size_t emit_model_bytes(const struct kl_model *m) {
     const struct kl_suspension *s = &m->suspension;
     size_t bytes = sizeof *m + m->n_bodies * sizeof *m->bodies +
                    m->n_wheelsets * sizeof *m->wheelsets + m->n_pairs * sizeof *m->pairs +
-                   (s->n_coordinates + 1 + s->n_entries) * sizeof(uint16_t) +
-                   s->n_entries * sizeof(struct kl_spring) +
+                   (3 * kl_count_twins(s) + s->n_entries) * sizeof(uint16_t) +
+                   2 * s->n_entries * sizeof(struct kl_spring) +
                    m->track.n_pieces * sizeof(struct kl_piece) + m->track.n_bins * sizeof(uint16_t);
     const struct kl_struts *struts = &m->struts;
     bytes += (kl_count_struts(struts) + struts->n_terms + struts->n_actuators) * sizeof(uint16_t) +

@@ -25,9 +25,17 @@ static void join(struct jacobian_plan *plan, uint32_t a, uint32_t b) {
 
 static void join_suspension(struct jacobian_plan *plan, const struct kl_model *model) {
     const struct kl_suspension *s = &model->suspension;
-    for (uint32_t i = 0; i < s->n_coordinates; i++) {
-        for (uint32_t k = s->row_start[i]; k < s->row_start[i + 1]; k++) {
-            join(plan, part_of_coordinate(model, i), part_of_coordinate(model, s->column[k]));
+    const uint16_t *twins = s->twins;
+    uint32_t entry = 0;
+    for (uint32_t i = 0, n = kl_count_twins(s); i < n; i++, twins += 3) {
+        for (uint32_t last = entry + twins[2]; entry != last; entry++) {
+            for (uint32_t row = 0; row < 2; row++) {
+                const struct kl_spring *spring = &s->spring[2 * entry + row];
+                if (spring->k != (kl_real)0 || spring->c != (kl_real)0) {
+                    join(plan, part_of_coordinate(model, twins[row]),
+                         part_of_coordinate(model, s->column[entry]));
+                }
+            }
         }
     }
 }
