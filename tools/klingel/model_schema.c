@@ -65,7 +65,7 @@ static const cyaml_schema_field_t wheel_side_fields[] = {
     CYAML_FIELD_END};
 
 static const cyaml_schema_field_t wheel_fields[] = {
-    PART(raw_wheel, profile, profile_fields),     NUMBER(raw_wheel, radius_m),
+    OPT_PART(raw_wheel, profile, profile_fields), OPT_NUMBER(raw_wheel, radius_m),
     OPT_NUMBER(raw_wheel, half_spacing_m),        OPT_NUMBER(raw_wheel, flange_back_m),
     OPT_NUMBER(raw_wheel, tape_circle_m),         OPT_PART(raw_wheel, right, wheel_side_fields),
     OPT_PART(raw_wheel, left, wheel_side_fields), CYAML_FIELD_END};
@@ -74,7 +74,7 @@ static const cyaml_schema_field_t rail_side_fields[] = {
     OPT_PART(raw_rail_side, profile, profile_fields), OPT_NUMBER(raw_rail_side, cant_rad),
     OPT_NUMBER(raw_rail_side, cant_1_in), CYAML_FIELD_END};
 
-static const cyaml_schema_field_t rail_fields[] = {PART(raw_rail, profile, profile_fields),
+static const cyaml_schema_field_t rail_fields[] = {OPT_PART(raw_rail, profile, profile_fields),
                                                    OPT_NUMBER(raw_rail, cant_rad),
                                                    OPT_NUMBER(raw_rail, cant_1_in),
                                                    OPT_NUMBER(raw_rail, half_spacing_m),

@@ -49,8 +49,9 @@ struct raw_wheel_side { /* what one side has of its own */
 };
 
 struct raw_wheel {
-    struct raw_profile profile;
-    double radius_m;
+    struct raw_profile
+        *profile; /* this and radius_m may be absent where both sides have their own */
+    double *radius_m;
     double *half_spacing_m;
     double *flange_back_m;
     double *tape_circle_m;
@@ -65,7 +66,7 @@ struct raw_rail_side {
 };
 
 struct raw_rail {
-    struct raw_profile profile;
+    struct raw_profile *profile; /* likewise */
     double *cant_rad;
     double *cant_1_in;
     double *half_spacing_m;
