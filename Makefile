@@ -39,7 +39,7 @@ TEST_SRC := $(wildcard tests/core/test_*.c tests/port/test_*.c tests/hal_linux/t
 TEST_BIN := $(TEST_SRC:%.c=$(BUILD)/%)
 LIBS      = $(BUILD)/libklingel_linux.a $(BUILD)/libklingel_port.a $(BUILD)/libklingel_core.a
 
-.PHONY: help deps all lib test-programs check test demo golden-all footprint format clean
+.PHONY: help deps all lib test-programs check test demo golden-all footprint sketches format clean
 help:
 	@echo 'make demo    build, run the two-axle wagon on a CAN bus for 30 s, show its states, draw a picture'
 	@echo 'make test    everything that is tested (what CI runs)'
@@ -51,6 +51,7 @@ help:
 	@echo 'make firmware-demo  runs it in QEMU, with python-can (slcan) at its UART'
 	@echo 'make golden-all     the same bits from every compiler, level and target (minutes)'
 	@echo 'make footprint      code, tables, state, stack and instructions per target'
+	@echo 'make sketches   draws the vehicles of models/ again'
 	@echo 'make format  let clang-format put the sources in order'
 	@echo 'make clean   remove build/'
 
@@ -119,6 +120,11 @@ footprint:
 	@$(MAKE) --no-print-directory -j2 $(BUILD)/klingel
 	@$(PYTHON) tools/footprint.py --build $(BUILD)
 
+# what models/README.md shows; tests/tools/test_sketch.py says when it is due
+VEHICLES = $(shell grep -lE '^(wheelsets|vehicles):' models/*.yaml)
+sketches: $(BUILD)/klingel
+	@mkdir -p models/sketches
+	@for m in $(VEHICLES); do $(BUILD)/klingel sketch $$m -o models/sketches/$$(basename $$m .yaml).png || exit 1; done
 format:
 	clang-format -i $$(git ls-files '*.c' '*.h')
 clean:

@@ -1,10 +1,8 @@
-/* kl_axle.c - forces and accelerations of a wheelset within a step, and its outputs. */
+/* kl_axle.c - forces and accelerations of a wheelset within a step. */
 #include "kl_axle.h"
 
 #include "kl_math.h"
 #include "kl_saturate.h"
-
-/* ---- forces ---- */
 
 static void find_creep(const struct kl_wheelset *restrict wheelset,
                        const struct kl_axle *restrict axle,
@@ -17,13 +15,13 @@ static void find_creep(const struct kl_wheelset *restrict wheelset,
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane turn = sign * axle->x[KL_WS_YAW_RATE];
-        const kl_lane spin = sign * axle->x[KL_WS_SPIN];
+        const kl_lane spin = KL_LANE(axle->spin, g);
         const kl_lane r = KL_LANE(axle->radius, g);
-        const kl_lane along = (speed - r * axle->x[KL_WS_SPIN]) - KL_LANE(axle->arm, g) * turn;
+        const kl_lane along = (speed - r * spin) - KL_LANE(axle->arm, g) * turn;
         const kl_lane across =
             (across_0 - r * axle->roll_rate) - sign * KL_LANE(axle->rail.rate, g);
         const kl_lane about = KL_LANE(axle->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
-                              KL_LANE(axle->sin_delta, g) * spin;
+                              KL_LANE(axle->sin_delta, g) * (sign * spin);
         KL_LANE(tread->creepages.gamma1, g) = along * by;
         KL_LANE(tread->creepages.gamma2, g) = across * by * KL_LANE(axle->inv_cos, g);
         KL_LANE(tread->creepages.omega3, g) = about * by;
@@ -246,7 +244,10 @@ void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(contacts->flange_all, g) -
                           KL_LANE(contacts->shed, g) * KL_LANE(forces->tread.normal, g);
+        const kl_lane held = KL_LANE(axle->rail.held, g);
         KL_LANE(forces->flange.normal, g) = kl_lane_max(n, kl_lane_all(KL_R(0)));
+        KL_LANE(forces->flange.f11_N, g) *= held;
+        KL_LANE(forces->flange.f22_N, g) *= held;
     }
     if (kl_axle_is_limited(wheelset)) {
         scale_creep(&forces->tread);
@@ -307,8 +308,8 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
         const kl_lane both = creep * (own / (own + pair->gives * creep));
         KL_LANE(along, g) = both * (gain * gain) + held * (damping - both * (gain * gain));
         /* of a flange the longitudinal creep alone: across it slides with the rail */
-        const kl_lane flange_f11 = (held * KL_LANE(flange->reduction, g)) *
-                                   (KL_LANE(flange->f11_N, g) * forces->inv_creep_speed_s_m);
+        const kl_lane flange_f11 =
+            KL_LANE(flange->reduction, g) * KL_LANE(flange->f11_N, g) * forces->inv_creep_speed_s_m;
         const kl_lane flange_arm = KL_LANE(axle->flange.arm, g);
         const kl_lane flange_r = KL_LANE(axle->flange.radius, g);
         KL_LANE(yaw, g) = by * (f11 * (arm * arm) + KL_LANE(tread->f33_Nm2, g)) +
@@ -318,81 +319,4 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
     stiffness->y = KL_SUM(along) * forces->inv_mass_1_kg * step_s;
     stiffness->yaw = KL_SUM(yaw) * wheelset->inv_yaw_1_kgm2 * step_s;
     stiffness->spin = KL_SUM(spin) * wheelset->inv_spin_1_kgm2 * step_s;
-}
-
-/* ---- outputs ---- */
-
-/* One contact of one wheel: its forces, and its place from a row of its table and the next. */
-static inline void write_contact(const struct kl_contact_forces *forces, int side,
-                                 const struct kl_row *a, const struct kl_row *b, kl_real t,
-                                 kl_real radius, struct kl_contact_output *o) {
-    const kl_real third = forces->normal[side] > KL_R(0) ? forces->third[side] : KL_R(0);
-    o->normal_N = forces->normal[side];
-    o->t1_N = forces->t1[side];
-    o->t2_N = forces->t2[side];
-    o->m3_Nm = forces->m3[side];
-    o->gamma1 = forces->creepages.gamma1[side];
-    o->gamma2 = forces->creepages.gamma2[side];
-    o->omega3_1_m = forces->creepages.omega3[side];
-    o->reduction = forces->reduction[side];
-    o->radius_m = radius;
-    o->delta_rad = a->delta_rail_rad + t * (b->delta_rail_rad - a->delta_rail_rad);
-    kl_lane_pair_between(&a->eta_wheel_m, &b->eta_wheel_m, t, &o->eta_wheel_m);
-    kl_lane_pair_between(&a->semi_a_1, &b->semi_a_1, t, &o->semi_a_m);
-    KL_EACH_LANE(g) {
-        kl_lane_store(&o->semi_a_m, g, third * kl_lane_load(&o->semi_a_m, g));
-    }
-}
-
-/* Outboard on the rail, and down on it, of one contact. */
-static inline kl_lane aside_of(const struct kl_contact_forces *f, kl_lane sin_delta,
-                               kl_lane cos_delta, int g) {
-    const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-    return KL_LANE(f->normal, g) * sin_delta - sign * (KL_LANE(f->t2, g) * cos_delta);
-}
-static inline kl_lane down_of(const struct kl_contact_forces *f, kl_lane sin_delta,
-                              kl_lane cos_delta, int g) {
-    const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-    return KL_LANE(f->normal, g) * cos_delta + sign * (KL_LANE(f->t2, g) * sin_delta);
-}
-
-void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
-                    const struct kl_pair *pair, struct kl_wheelset_output *output) {
-    const struct kl_flange *flange = &axle->flange;
-    kl_both q;
-    kl_both y;
-    kl_both lifted; /* upward acceleration of the centre by what the treads rise */
-    output->track = axle->track;
-    output->z_m = axle->z;
-    output->roll_rad = axle->roll;
-    output->y_acc_m_s2 = axle->rate[KL_WS_Y_RATE] +
-                         axle->track.curvature_1_m * (forces->speed_m_s * forces->speed_m_s);
-    KL_EACH_LANE(g) {
-        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        const kl_lane s = KL_LANE(axle->sin_delta, g);
-        const kl_lane c = KL_LANE(axle->cos_delta, g);
-        const kl_lane flange_s = KL_LANE(flange->sin_delta, g);
-        const kl_lane flange_c = KL_LANE(flange->cos_delta, g);
-        KL_LANE(lifted, g) =
-            kl_lane_load(pair->share, g) * KL_LANE(forces->lifting.acceleration, g);
-        KL_LANE(q, g) =
-            down_of(&forces->tread, s, c, g) + down_of(&forces->flange, flange_s, flange_c, g);
-        KL_LANE(y, g) = sign * (aside_of(&forces->tread, s, c, g) +
-                                aside_of(&forces->flange, flange_s, flange_c, g));
-    }
-    output->z_acc_m_s2 = (axle->z_y * axle->rate[KL_WS_Y_RATE] + axle->z_rest) - KL_SUM(lifted);
-    for (int s = 0; s < KL_SIDES; s++) {
-        struct kl_wheel_output *o = &output->wheel[s];
-        const struct kl_row *row = axle->cells.below[s];
-        const struct kl_flange_row *flange_row = flange->row[s];
-        o->q_N = q[s];
-        o->y_N = y[s];
-        o->rise_m = axle->rise[s];
-        o->rail_m = axle->rail.q[s];
-        write_contact(&forces->tread, s, row, row + 1, axle->cells.t[s], axle->radius[s],
-                      &o->tread);
-        write_contact(&forces->flange, s, &flange_row[0].contact, &flange_row[1].contact,
-                      flange->t[s], flange->radius[s], &o->flange);
-    }
-    output->force_y_N = KL_SUM(y);
 }

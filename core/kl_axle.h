@@ -87,6 +87,10 @@ struct kl_axle {
     kl_both inv_cos;
     struct kl_coefficients creep;
     kl_real x[KL_WHEELSET_STATES]; /* enum kl_wheelset_state */
+    kl_both spin;                  /* of either wheel */
+    kl_real twist;                 /* of independent wheels: KL_WS_TWIST, and its rate */
+    kl_real twist_rate;
+    kl_real yaw_carried; /* of independent wheels: psi'' as the step began */
     kl_real
         rate[KL_WHEELSET_STATES]; /* of y and yaw: relative to the track; of Omega: besides V'/r0 */
     kl_real spin_drift;           /* V'/r0: what Omega does besides */
@@ -256,7 +260,7 @@ void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_a
                         struct kl_axle_forces *restrict forces);
 
 /*
- * z = step * damping of y', psi' and Omega, where damping (1/s, >= 0) is the diagonal creep
+ * z = step * damping of y', psi', Omega and twist, where damping (1/s, >= 0) is the diagonal creep
  * damping, a secant of the saturated law.
  */
 struct kl_stiffness {
@@ -268,9 +272,5 @@ void kl_axle_stiffness(const struct kl_wheelset *restrict wheelset,
                        const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
                        const struct kl_axle_forces *restrict forces, kl_real step_s,
                        struct kl_stiffness *restrict stiffness);
-
-/* Fills the outputs that belong to the wheels and the wheelset. */
-void kl_axle_output(const struct kl_axle *axle, const struct kl_axle_forces *forces,
-                    const struct kl_pair *pair, struct kl_wheelset_output *output);
 
 #endif

@@ -90,15 +90,15 @@ void kl_axle_flange_creep(const struct kl_wheelset *restrict wheelset,
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane turn = sign * axle->x[KL_WS_YAW_RATE];
-        const kl_lane spin = sign * axle->x[KL_WS_SPIN];
+        const kl_lane spin = KL_LANE(axle->spin, g);
         const kl_lane down = sign * KL_LANE(axle->height_rate, g);
-        const kl_lane along = (speed - KL_LANE(flange->radius, g) * axle->x[KL_WS_SPIN]) -
-                              KL_LANE(flange->arm, g) * turn;
+        const kl_lane along =
+            (speed - KL_LANE(flange->radius, g) * spin) - KL_LANE(flange->arm, g) * turn;
         KL_LANE(f->creepages.gamma1, g) = along * by;
         KL_LANE(f->creepages.gamma2, g) =
             -(down * KL_LANE(flange->inv_sin, g) + ahead * KL_LANE(flange->inv_cos, g)) * by;
         KL_LANE(f->creepages.omega3, g) = (KL_LANE(flange->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
-                                           KL_LANE(flange->sin_delta, g) * spin) *
+                                           KL_LANE(flange->sin_delta, g) * (sign * spin)) *
                                           by;
         KL_LANE(f->used, g) = kl_lane_max(KL_LANE(flange->normal, g), kl_lane_all(KL_R(1)));
     }

@@ -203,8 +203,7 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
         KL_EACH_LANE(g) {
             const kl_lane inv_sin = KL_LANE(axle->flange.inv_sin, g);
             const kl_lane creep = KL_LANE(forces->flange.reduction, g) *
-                                  KL_LANE(forces->flange.f22_N, g) * KL_LANE(axle->rail.held, g) *
-                                  (inv_sin * inv_sin);
+                                  KL_LANE(forces->flange.f22_N, g) * (inv_sin * inv_sin);
             const kl_lane z = (h * by) * creep / KL_LANE(weight, g);
             const kl_lane rate = kl_lane_load(lift->rate_m_s, g) +
                                  h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);

@@ -20,6 +20,13 @@ typedef float kl_real;
 typedef double kl_real;
 #endif
 
+/* For what is worked on two at a time. */
+#ifdef __cplusplus
+#define KL_ALIGN(bytes) alignas(bytes)
+#else
+#define KL_ALIGN(bytes) _Alignas(bytes)
+#endif
+
 /* Capacities: the largest vehicle, or train, that a kl_state can hold. Override with -D; the same
  * values must be used for everything that is linked together. Unless told otherwise a target with
  * an operating system has room for a train of ten four-axle vehicles, bare metal for one vehicle. */

@@ -93,7 +93,7 @@ struct kl_creep_table_def {
     const float (*force)[3]; /* [ratio][spin][creep][angle]: fx, fy, mz */
 };
 
-/* The nodes of one coordinate, cell by cell. */
+/* The nodes of one coordinate, cell by cell; places and widths in bins, 0..KL_CREEP_BINS. */
 struct kl_creep_cell {
     kl_real low;     /* the cell's first node */
     kl_real next;    /* where the next cell begins; beyond everything in the last one */
@@ -102,11 +102,8 @@ struct kl_creep_cell {
 struct kl_creep_axis {
     uint32_t n;                       /* nodes */
     const struct kl_creep_cell *cell; /* n - 1 */
-    const uint8_t
-        *bin;      /* KL_CREEP_BINS + 1: the cell in which a bin begins; at most one more begins
-                           in it */
-    kl_real scale; /* bin = (x + offset) scale */
-    kl_real offset;
+    /* KL_CREEP_BINS + 1: the cell in which a bin begins; at most one more begins in it */
+    const uint8_t *bin;
 };
 
 /*
@@ -123,9 +120,9 @@ struct kl_creep_table {
     kl_real alpha;
     kl_real beta;
     kl_real gamma;
-    struct kl_creep_axis spin;
-    struct kl_creep_axis creep;
-    struct kl_creep_axis angle;
+    struct kl_creep_axis spin;   /* KL_CREEP_BINS w */
+    struct kl_creep_axis creep;  /* KL_CREEP_BINS u */
+    struct kl_creep_axis angle;  /* KL_CREEP_BINS (1 + t)/2 */
     const double *log_ratio;     /* n_ratio: ln a/b */
     const double (*log_c_ij)[3]; /* n_ratio: ln C11, C22, C23 */
     const float *pure;           /* [ratio][spin] */

@@ -90,33 +90,36 @@ static enum kl_status check_def(const struct kl_creep_table_def *def, struct kl_
 
 /* ---- making: the coordinates ---- */
 
+/* `node` from -offset on, KL_CREEP_BINS/scale long. */
 static enum kl_status make_axis(struct kl_arena *arena, const double *node, uint32_t n,
                                 double offset, double scale, struct kl_creep_axis *axis,
                                 struct kl_diag *diag) {
     struct kl_creep_cell *cell = kl_arena_take(arena, n - 1, sizeof *cell);
     uint8_t *bins = kl_arena_take(arena, KL_CREEP_BINS + 1, 1);
+    double at[KL_CREEP_MAX_NODES]; /* in bins */
     if (cell == NULL || bins == NULL) {
         return KL_ERR_MEMORY;
     }
+    for (uint32_t i = 0; i < n; i++) {
+        at[i] = (node[i] + offset) * scale;
+    }
     for (uint32_t i = 0; i + 1 < n; i++) {
-        cell[i].low = (kl_real)node[i];
-        cell[i].next = i + 2 < n ? (kl_real)node[i + 1] : (kl_real)INFINITE;
-        cell[i].inverse = (kl_real)(1.0 / (node[i + 1] - node[i]));
+        cell[i].low = (kl_real)at[i];
+        cell[i].next = i + 2 < n ? (kl_real)at[i + 1] : (kl_real)INFINITE;
+        cell[i].inverse = (kl_real)(1.0 / (at[i + 1] - at[i]));
     }
     uint32_t i = 0;
     for (uint32_t bin = 0; bin <= KL_CREEP_BINS; bin++) {
-        const double low = (double)bin / scale - offset;
-        const double high = (double)(bin + 1) / scale - offset;
-        while (i + 2 < n && node[i + 1] <= low) {
+        while (i + 2 < n && at[i + 1] <= (double)bin) {
             i++;
         }
-        if (i + 3 < n && node[i + 2] < high) {
+        if (i + 3 < n && at[i + 2] < (double)(bin + 1)) {
             return kl_report(diag, KL_ERR_VALUE, "creep table: nodes too near each other",
                              (int32_t)i, node[i + 1]);
         }
         bins[bin] = (uint8_t)i;
     }
-    const struct kl_creep_axis made = {n, cell, bins, (kl_real)scale, (kl_real)offset};
+    const struct kl_creep_axis made = {n, cell, bins};
     *axis = made;
     return KL_OK;
 }
@@ -455,9 +458,7 @@ enum kl_status kl_creep_table_build(const struct kl_creep_table_def *def, struct
 static uint64_t hash_axis(uint64_t h, const struct kl_creep_axis *axis) {
     h = kl_hash_bytes(h, &axis->n, sizeof axis->n);
     h = kl_hash_bytes(h, axis->cell, (axis->n - 1) * sizeof *axis->cell);
-    h = kl_hash_bytes(h, axis->bin, KL_CREEP_BINS + 1);
-    h = kl_hash_bytes(h, &axis->scale, sizeof axis->scale);
-    return kl_hash_bytes(h, &axis->offset, sizeof axis->offset);
+    return kl_hash_bytes(h, axis->bin, KL_CREEP_BINS + 1);
 }
 
 uint64_t kl_creep_table_hash(const struct kl_creep_table *t) {

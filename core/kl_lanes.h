@@ -33,7 +33,14 @@ typedef uint64_t kl_real_bits;
 #define KL_NO_SIGN UINT64_C(0x7fffffffffffffff)
 #endif
 
-#define KL_EACH_LANE(g) for (int g = 0; g < KL_SIDES / KL_LANES; g++)
+/* Passes follow each other without a loop, so that what belongs to either side stays in registers; gcc
+ * must be told below -O3. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define KL_UNROLL _Pragma("GCC unroll 2")
+#else
+#define KL_UNROLL
+#endif
+#define KL_EACH_LANE(g) KL_UNROLL for (int g = 0; g < KL_SIDES / KL_LANES; g++)
 
 #if KL_LANES == 2
 
@@ -166,15 +173,6 @@ static inline void kl_lane_columns(const kl_real *right, const kl_real *left, si
     (*first)[KL_LEFT] = left[0] + t_l * (left[stride] - left[0]);
     (*second)[KL_LEFT] = left[1] + t_l * (left[stride + 1u] - left[1]);
 #endif
-}
-
-/* The same for one side alone: to = a + t (b - a) for two neighbours. */
-static inline void kl_lane_pair_between(const kl_real *a, const kl_real *b, kl_real t,
-                                        kl_real *to) {
-    KL_EACH_LANE(g) {
-        const kl_lane low = kl_lane_load(a, g);
-        kl_lane_store(to, g, low + t * (kl_lane_load(b, g) - low));
-    }
 }
 
 /* The same value for either side. */

@@ -3,6 +3,7 @@
 
 #include "kl_math.h"
 #include "kl_track_read.h"
+#include "kl_twist.h"
 
 /*
  * The end of the time h: the rate goes on straight, the coordinate by the mean of its rates. What
@@ -22,7 +23,7 @@ static inline void carry_on(const kl_real *x, const kl_real *rate, kl_real h, kl
 
 /* Carries one body on. Returns how many states it has. */
 static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *from, uint32_t first,
-                           const struct kl_track_point *here, kl_real v,
+                           const struct kl_track_layout *here, kl_real v,
                            struct kl_body_motion *motion) {
     const kl_real along = v * here->cant_s_1_m;
     const kl_real drift[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
@@ -54,9 +55,6 @@ static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *f
 /* A coordinate of the suspension has its rate beside it, as a spring its damper: both at once. */
 #define COORDINATE 0
 #define RATE 1
-struct motions {
-    kl_both q[KL_MAX_COORDINATES];
-};
 
 static void set_motion(kl_both *q, kl_real coordinate, kl_real rate) {
     KL_EACH_LANE(g) {
@@ -75,38 +73,29 @@ struct offsets {
     kl_real yaw;
 };
 
-static struct offsets offsets_at(const struct kl_track_point *here,
-                                 const struct kl_track_point *reference, kl_real x, kl_real z,
-                                 kl_real v) {
-    const kl_real turn = here->heading_rad - reference->heading_rad;
-    const kl_real roll = here->cant_rad - reference->cant_rad;
+static inline struct offsets offsets_at(kl_real heading_rad, kl_real offset_m, kl_real cant_rad,
+                                        const struct kl_track_layout *reference, kl_real x,
+                                        kl_real z, kl_real v) {
+    const kl_real turn = heading_rad - reference->heading_rad;
+    const kl_real roll = cant_rad - reference->cant_rad;
     const struct offsets o = {
-        ((here->offset_m - reference->offset_m) - x * reference->heading_rad) - z * roll,
+        ((offset_m - reference->offset_m) - x * reference->heading_rad) - z * roll,
         v * (turn - x * reference->curvature_1_m) + z * (v * reference->cant_s_1_m), roll, turn};
     return o;
 }
 
-/* The track under everything, first of all: reading it is one long chain per place. */
+/* The track under the wheels, first of all: reading it is one long chain per place. */
 static void read_track(const struct kl_model *model, const struct kl_stage *stage,
                        struct kl_evaluation *e) {
     const struct kl_track *track = &model->track;
-    kl_layout_read(track, stage->s_m, &e->reference);
-    for (uint32_t b = 0; b < model->n_bodies; b++) {
-        const kl_real x = model->bodies[b].x_m;
-        e->at_body[b] = &e->reference;
-        if (x != KL_R(0)) {
-            kl_layout_read(track, stage->s_m + x, &e->own[b]);
-            e->at_body[b] = &e->own[b];
-        }
-    }
+    e->reference = kl_layout_read(track, stage->s_m);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         kl_track_read(track, stage->s_m + model->wheelsets[w].x_m, &e->axle[w].track);
     }
 }
 
 static void place_bodies(const struct kl_model *model, const struct kl_origin *from,
-                         const struct kl_stage *stage, struct kl_evaluation *e,
-                         struct motions *motions) {
+                         const struct kl_stage *stage, struct kl_evaluation *e) {
     const kl_real v = stage->speed_m_s;
     const kl_real roll_rate = v * e->reference.cant_s_1_m;
     const kl_real yaw_rate = v * e->reference.curvature_1_m;
@@ -114,9 +103,15 @@ static void place_bodies(const struct kl_model *model, const struct kl_origin *f
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         const kl_real *x = e->body[b].x;
-        first += carry_body(body, from, first, e->at_body[b], v, &e->body[b]);
-        const struct offsets o = offsets_at(e->at_body[b], &e->reference, body->x_m, body->z_m, v);
-        kl_both *qb = &motions->q[kl_body_coordinate(b)];
+        struct kl_track_layout here = e->reference;
+        if (body->x_m != KL_R(0)) {
+            here = kl_layout_read(&model->track, stage->s_m + body->x_m);
+        }
+        first += carry_body(body, from, first, &here, v, &e->body[b]);
+        e->body[b].aside = here.curvature_1_m * (v * v) - model->gravity_m_s2 * here.cant_rad;
+        const struct offsets o = offsets_at(here.heading_rad, here.offset_m, here.cant_rad,
+                                            &e->reference, body->x_m, body->z_m, v);
+        kl_both *qb = &e->motion[kl_body_coordinate(b)];
         set_motion(&qb[KL_Y], x[2 * KL_Y] + o.y, x[2 * KL_Y + 1] + o.y_rate);
         set_motion(&qb[KL_Z], x[2 * KL_Z], x[2 * KL_Z + 1]);
         set_motion(&qb[KL_ROLL], x[2 * KL_ROLL] + o.roll, x[2 * KL_ROLL + 1] - roll_rate);
@@ -137,7 +132,11 @@ static void carry_wheelset(const struct kl_pair *pair, const struct kl_origin *f
     carry_on(&x[KL_WS_YAW], &rate[KL_WS_YAW], from->h, v * here->curvature_1_m, &axle->x[KL_WS_YAW],
              &axle->rate[KL_WS_YAW]);
     axle->spin_drift = stage->speed_rate_m_s2 / pair->radius_m;
-    axle->x[KL_WS_SPIN] = x[KL_WS_SPIN] + from->h * (rate[KL_WS_SPIN] + axle->spin_drift);
+    const kl_real spin = x[KL_WS_SPIN] + from->h * (rate[KL_WS_SPIN] + axle->spin_drift);
+    axle->x[KL_WS_SPIN] = spin;
+    KL_EACH_LANE(g) {
+        KL_LANE(axle->spin, g) = kl_lane_all(spin);
+    }
 }
 
 /* The rails before the step. Returns how many states they have. */
@@ -153,8 +152,7 @@ static uint32_t carry_rails(const struct kl_pair *pair, const struct kl_origin *
 }
 
 static void place_wheelsets(const struct kl_model *model, const struct kl_origin *from,
-                            const struct kl_stage *stage, struct kl_evaluation *e,
-                            struct motions *motions) {
+                            const struct kl_stage *stage, struct kl_evaluation *e) {
     const kl_real v = stage->speed_m_s;
     uint32_t first = kl_wheelset_states(model);
     uint32_t rail = kl_rail_states(model);
@@ -169,9 +167,10 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
         kl_axle_posture(pair, v, stage->speed_rate_m_s2, KL_R(0.5) * wheelset->static_load_N,
                         model->step_s, axle);
         e->faults |= axle->faults;
-        const struct offsets o =
-            offsets_at(&axle->track, &e->reference, wheelset->x_m, -pair->radius_m, v);
-        kl_both *qw = &motions->q[kl_wheelset_coordinate(model->n_bodies, w)];
+        const struct kl_track_point *here = &axle->track;
+        const struct offsets o = offsets_at(here->heading_rad, here->offset_m, here->cant_rad,
+                                            &e->reference, wheelset->x_m, -pair->radius_m, v);
+        kl_both *qw = &e->motion[kl_wheelset_coordinate(model->n_bodies, w)];
         const kl_real rolling = v * (axle->track.cant_s_1_m - e->reference.cant_s_1_m);
         const kl_real turning = v * e->reference.curvature_1_m;
         set_motion(&qw[0], axle->x[KL_WS_Y] + o.y, axle->x[KL_WS_Y_RATE] + o.y_rate);
@@ -181,32 +180,25 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
     }
 }
 
+/* Two rows at a time: every column is read once for both. */
 static void suspension_forces(const struct kl_suspension *restrict suspension,
-                              const struct motions *restrict motions, kl_real *restrict force) {
+                              kl_both *restrict motion, kl_real *restrict force) {
     const struct kl_spring *spring = suspension->spring;
     const uint16_t *column = suspension->column;
-    const uint16_t *row_start = suspension->row_start;
-    for (size_t i = 0, rows = suspension->n_coordinates; i < rows; i++) {
-        kl_both sum = {KL_R(0), KL_R(0)}; /* elastic, viscous */
-        const uint32_t n = (uint32_t)row_start[i + 1u] - row_start[i];
-        for (uint32_t two = n >> 1; two != 0; two--) { /* two at a time, one after the other */
+    const uint16_t *twins = suspension->twins;
+    const uint16_t *end = twins + 3u * kl_count_twins(suspension);
+    for (; twins != end; twins += 3) {
+        kl_both first = {KL_R(0), KL_R(0)}; /* elastic, viscous */
+        kl_both second = {KL_R(0), KL_R(0)};
+        for (uint32_t n = twins[2]; n != 0; n--, spring += 2, column++) {
             KL_EACH_LANE(g) {
-                KL_LANE(sum, g) +=
-                    kl_lane_load(&spring[0].k, g) * KL_LANE(motions->q[column[0]], g);
-                KL_LANE(sum, g) +=
-                    kl_lane_load(&spring[1].k, g) * KL_LANE(motions->q[column[1]], g);
+                const kl_lane q = KL_LANE(motion[*column], g);
+                KL_LANE(first, g) += kl_lane_load(&spring[0].k, g) * q;
+                KL_LANE(second, g) += kl_lane_load(&spring[1].k, g) * q;
             }
-            spring += 2;
-            column += 2;
         }
-        if ((n & 1u) != 0) {
-            KL_EACH_LANE(g) {
-                KL_LANE(sum, g) += kl_lane_load(&spring->k, g) * KL_LANE(motions->q[*column], g);
-            }
-            spring++;
-            column++;
-        }
-        force[i] = -KL_SUM(sum);
+        force[twins[0]] = -KL_SUM(first);
+        force[twins[1]] = -KL_SUM(second);
     }
 }
 
@@ -218,17 +210,14 @@ static struct kl_slip_origin slips_of(const struct kl_model *model, const struct
 
 /* ---- moving ---- */
 
-static void move_bodies(const struct kl_model *model, const struct kl_stage *stage,
-                        const struct kl_input *input, const kl_real *force,
+static void move_bodies(const struct kl_model *model, const struct kl_input *input,
                         struct kl_evaluation *e) {
-    const kl_real v = stage->speed_m_s;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
-        const struct kl_track_point *here = e->at_body[b];
-        const kl_real *acting = &force[kl_body_coordinate(b)];
-        const kl_real aside = here->curvature_1_m * (v * v) - model->gravity_m_s2 * here->cant_rad;
+        const kl_real *acting = &e->force[kl_body_coordinate(b)];
         kl_real *rate = e->body[b].rate;
-        rate[2 * KL_Y + 1] = (acting[KL_Y] + input->side_force_N[b]) * body->inverse[KL_Y] - aside;
+        rate[2 * KL_Y + 1] =
+            (acting[KL_Y] + input->side_force_N[b]) * body->inverse[KL_Y] - e->body[b].aside;
         for (uint32_t f = KL_Z; f < KL_FREEDOMS; f++) {
             rate[2u * f + 1u] = acting[f] * body->inverse[f];
         }
@@ -236,14 +225,13 @@ static void move_bodies(const struct kl_model *model, const struct kl_stage *sta
 }
 
 static void load_wheelsets(const struct kl_model *model, const struct kl_stage *stage,
-                           const struct kl_input *input, const kl_real *force,
-                           struct kl_evaluation *e) {
+                           const struct kl_input *input, struct kl_evaluation *e) {
     const kl_real v = stage->speed_m_s;
     const kl_real inv_creep_speed = KL_R(1) / kl_max_real(v, KL_R(KL_MIN_CREEP_SPEED_M_S));
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         struct kl_axle_forces *f = &e->forces[w];
-        const kl_real *acting = &force[kl_wheelset_coordinate(model->n_bodies, w)];
+        const kl_real *acting = &e->force[kl_wheelset_coordinate(model->n_bodies, w)];
         f->torque_Nm = input->axle_torque_Nm[w];
         f->speed_m_s = v;
         f->inv_creep_speed_s_m = inv_creep_speed;
@@ -281,42 +269,48 @@ static void move_wheelsets(const struct kl_model *model, struct kl_evaluation *e
 void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
                  const struct kl_stage *stage, const struct kl_input *restrict input,
                  struct kl_evaluation *restrict e) {
-    struct motions motions;
-    kl_real force[KL_MAX_COORDINATES];
     e->faults = 0;
     read_track(model, stage, e);
-    place_bodies(model, from, stage, e, &motions);
-    place_wheelsets(model, from, stage, e, &motions);
-    suspension_forces(&model->suspension, &motions, force);
+    place_bodies(model, from, stage, e);
+    place_wheelsets(model, from, stage, e);
+    if (model->n_twists != 0) {
+        kl_twists_carry(model, from, e);
+    }
+    suspension_forces(&model->suspension, e->motion, e->force);
     const struct kl_slip_origin slips = slips_of(model, from);
-    kl_struts_act(&model->struts, &slips, motions.q, input, force, &e->slipped);
-    load_wheelsets(model, stage, input, force, e);
-    move_bodies(model, stage, input, force, e);
+    kl_struts_act(&model->struts, &slips, e->motion, input, e->force, &e->slipped);
+    load_wheelsets(model, stage, input, e);
+    move_bodies(model, input, e);
     move_wheelsets(model, e);
+    if (model->n_twists != 0) {
+        kl_twists_move(model, input, e);
+    }
 }
 
-kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
-    struct kl_evaluation e;
-    struct motions motions;
-    kl_real force[KL_MAX_COORDINATES];
+kl_real kl_energy(const struct kl_model *model, const struct kl_state *state,
+                  struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
     const struct kl_origin here = {state->x, state->rate, state->lift, KL_R(0)};
-    e.faults = 0;
-    read_track(model, &stage, &e);
-    place_bodies(model, &here, &stage, &e, &motions);
-    place_wheelsets(model, &here, &stage, &e, &motions);
-    for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
-        motions.q[i][RATE] = KL_R(0);
+    e->faults = 0;
+    read_track(model, &stage, e);
+    place_bodies(model, &here, &stage, e);
+    place_wheelsets(model, &here, &stage, e);
+    if (model->n_twists != 0) {
+        kl_twists_carry(model, &here, e);
     }
-    suspension_forces(&model->suspension, &motions, force);
-    kl_real twice = kl_struts_energy(&model->struts, slips_of(model, &here).u, motions.q);
     for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
-        twice -= motions.q[i][COORDINATE] * force[i];
+        e->motion[i][RATE] = KL_R(0);
+    }
+    suspension_forces(&model->suspension, e->motion, e->force);
+    kl_real twice = kl_struts_energy(&model->struts, slips_of(model, &here).u, e->motion);
+    for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
+        twice -= e->motion[i][COORDINATE] * e->force[i];
     }
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            const kl_real rate = e.body[b].x[2u * f + 1u];
+            const kl_real rate = e->body[b].x[2u * f + 1u];
             const kl_real inertia =
                 f < (uint32_t)KL_ROLL ? body->mass_kg : body->inertia_kgm2[f - KL_ROLL];
             twice += inertia * (rate * rate);
@@ -324,13 +318,15 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state) {
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *ws = &model->wheelsets[w];
-        const struct kl_axle *axle = &e.axle[w];
+        const struct kl_axle *axle = &e->axle[w];
         const kl_real p = axle->x[KL_WS_Y_RATE];
         const kl_real yaw = axle->x[KL_WS_YAW_RATE];
-        const kl_real spin = axle->x[KL_WS_SPIN];
+        const kl_real right = axle->spin[KL_RIGHT];
+        const kl_real left = axle->spin[KL_LEFT];
+        const kl_real spin = KL_R(0.5) * (right * right + left * left);
         twice += ws->mass_kg * (p * p + axle->z_rate * axle->z_rate) +
                  ws->inertia_roll_kgm2 * (axle->roll_rate * axle->roll_rate) +
-                 ws->inertia_yaw_kgm2 * (yaw * yaw) + ws->inertia_spin_kgm2 * (spin * spin);
+                 ws->inertia_yaw_kgm2 * (yaw * yaw) + ws->inertia_spin_kgm2 * spin;
         const struct kl_pair *pair = &model->pairs[ws->pair];
         for (int s = 0; s < KL_SIDES; s++) {
             const kl_real q = axle->rail.q[s];

@@ -20,19 +20,28 @@ struct kl_stage {
 struct kl_body_motion {
     kl_real x[2 * KL_FREEDOMS];
     kl_real rate[2 * KL_FREEDOMS];
+    kl_real aside; /* lateral acceleration of the canted frame that it is in */
 };
 
-/* Everything of one evaluation that the outputs may want. */
+/* Everything of one evaluation: what a struct kl_work holds. */
 struct kl_evaluation {
-    struct kl_track_point reference; /* at the vehicle's reference point */
-    const struct kl_track_point *at_body[KL_MAX_BODIES];
-    struct kl_track_point own[KL_MAX_BODIES]; /* of bodies that are not at the reference point */
+    struct kl_track_layout reference; /* at the vehicle's reference point */
     struct kl_body_motion body[KL_MAX_BODIES];
     struct kl_axle axle[KL_MAX_WHEELSETS];
     struct kl_axle_forces forces[KL_MAX_WHEELSETS];
+    kl_both motion[KL_MAX_COORDINATES]; /* of the suspension: a coordinate has its rate beside it */
+    kl_real force[KL_MAX_COORDINATES + 1]; /* and a place for the force of no row */
     struct kl_slipped slipped;
+    struct kl_input kept; /* inputs within their ranges */
+    struct kl_lift lift[KL_MAX_WHEELSETS];
     uint32_t faults;
 };
+_Static_assert(sizeof(struct kl_evaluation) <= sizeof(struct kl_work), "raise KL_WORK_REALS");
+
+/* The room of a step; nothing else ever looks into it. */
+static inline struct kl_evaluation *kl_evaluation_in(struct kl_work *work) {
+    return (struct kl_evaluation *)(void *)work;
+}
 
 /* The state that is evaluated: x carried on over the time h with the rates that it had. Velocities
  * go on straight; coordinates by the mean of their rates at both ends. h = 0 takes x as it is. */

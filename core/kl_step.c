@@ -1,8 +1,10 @@
 /* kl_step.c - the life of a state, and the integrator. */
 #include "kl_step.h"
 
+#include "kl_damp.h"
 #include "kl_math.h"
 #include "kl_rates.h"
+#include "kl_twist.h"
 
 /* ---- inputs ---- */
 
@@ -46,7 +48,10 @@ static uint32_t check_input(const struct kl_model *model, const struct kl_state 
         kept->side_force_N[b] = kl_lane_first(
             limited(kl_lane_all(input->side_force_N[b]), KL_R(-1e7), KL_R(1e7), KL_R(0), &wrong));
     }
-    const int cut = kl_struts_limit(&model->struts, input, kept);
+    int cut = kl_struts_limit(&model->struts, input, kept);
+    if (model->n_twists != 0) {
+        cut |= kl_twists_limit(model, input, kept);
+    }
     return kl_lane_is_0(wrong) && !cut ? 0u : (uint32_t)KL_FAULT_INPUT;
 }
 
@@ -65,8 +70,8 @@ void kl_input_init(struct kl_input *input) {
 /* ---- life ---- */
 
 enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_real s_m,
-                       kl_real speed_m_s) {
-    if (model == NULL || state == NULL || model->version != KL_MODEL_VERSION ||
+                       kl_real speed_m_s, struct kl_work *work) {
+    if (model == NULL || state == NULL || work == NULL || model->version != KL_MODEL_VERSION ||
         model->n_bodies > KL_MAX_BODIES || model->n_wheelsets > KL_MAX_WHEELSETS ||
         !(speed_m_s >= KL_R(0) && speed_m_s <= KL_R(KL_MAX_SPEED_M_S)) || !kl_finite_real(s_m)) {
         return KL_ERR_ARGUMENT;
@@ -78,7 +83,7 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
     state->speed_m_s = speed_m_s;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
-        struct kl_track_point here;
+        struct kl_track_layout here;
         kl_track_layout_at(&model->track, s_m + body->x_m, &here);
         const kl_real along = speed_m_s * here.cant_s_1_m;
         const kl_real rates[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
@@ -93,7 +98,7 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_pair *pair = &model->pairs[wheelset->pair];
-        struct kl_track_point here;
+        struct kl_track_layout here;
         kl_track_layout_at(&model->track, s_m + wheelset->x_m, &here);
         kl_real *x = &state->x[kl_wheelset_state_index(model, w, KL_WS_Y)];
         x[KL_WS_Y_RATE] = pair->radius_m * (speed_m_s * here.cant_s_1_m);
@@ -102,7 +107,7 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
         state->lift[w].expected_N[KL_RIGHT] = KL_R(0.5) * wheelset->static_load_N;
         state->lift[w].expected_N[KL_LEFT] = KL_R(0.5) * wheelset->static_load_N;
     }
-    kl_refresh(model, state);
+    kl_refresh(model, state, work);
     return KL_OK;
 }
 
@@ -125,6 +130,13 @@ int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
                                 enum kl_wheelset_state which) {
     if (wheelset >= model->n_wheelsets) {
         return -1;
+    }
+    if (which == KL_WS_TWIST) {
+        uint32_t twist = kl_twist_states(model);
+        for (uint32_t w = 0; w < wheelset; w++) {
+            twist += model->wheelsets[w].independent;
+        }
+        return model->wheelsets[wheelset].independent != 0 ? (int32_t)twist : -1;
     }
     return (int32_t)(kl_wheelset_states(model) + KL_WHEELSET_STATES * wheelset + (uint32_t)which);
 }
@@ -167,6 +179,11 @@ static void write_rates(const struct kl_model *model, const struct kl_evaluation
             *rates++ = e->axle[w].rail.rate[KL_LEFT];
         }
     }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        if (model->wheelsets[w].independent != 0) {
+            *rates++ = e->axle[w].twist_rate;
+        }
+    }
 }
 
 /*
@@ -190,55 +207,29 @@ static void evaluate_still(const struct kl_model *model, const struct kl_state *
     }
 }
 
-void kl_rates(const struct kl_model *model, const struct kl_state *state,
-              const struct kl_input *input, kl_real rates[KL_MAX_STATES],
-              struct kl_output *output) {
-    struct kl_evaluation e;
-    struct kl_input kept;
-    struct kl_lift lift[KL_MAX_WHEELSETS];
-    (void)check_input(model, state, input, &kept);
+/* The same for a state that is not to be changed, under any input. */
+static void look_at(const struct kl_model *model, const struct kl_state *state,
+                    const struct kl_input *input, struct kl_evaluation *e) {
+    (void)check_input(model, state, input, &e->kept);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
-        lift[w] = state->lift[w];
+        e->lift[w] = state->lift[w];
     }
-    evaluate_still(model, state, &kept, lift, &e);
-    write_rates(model, &e, rates);
-    if (output != NULL) {
-        const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
-        kl_write_output(model, state, &stage, &e, output);
-    }
+    evaluate_still(model, state, &e->kept, e->lift, e);
 }
 
-/*
- * A wheelset's share of the step, where creep damps a velocity p by z = step * damping. With e =
- * sigma a, the part of the last acceleration that is carried on, the evaluation stood at p + h e
- * and gave F; then
- *     a = (F + z e/2)/(1 + (1 - sigma/2) z),   p_new = p + h a + h/2 (e - sigma a),
- * and the last terms add up to nothing over several steps. If z is all the damping there is, a is
- * exactly the acceleration at p_new: the trapezoidal rule with sigma = 1, implicit Euler with sigma
- * = 0. sigma = min(1, 1/z) is second order where creep is not stiff, and never overshoots where it
- * is: a saturated creep force would answer that by alternating between +-mu N. With z = 0 this is
- * leapfrog.
- */
-struct damped {
-    kl_both force;   /* F */
-    kl_both carried; /* e, and sigma a afterwards */
-    kl_both z;
-    kl_both a;
-};
-
-static inline kl_lane carried_part(kl_lane z) {
-    return KL_R(1) / kl_lane_max(z, kl_lane_all(KL_R(1)));
+void kl_rates(const struct kl_model *model, const struct kl_state *state,
+              const struct kl_input *input, kl_real rates[KL_MAX_STATES], struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
+    look_at(model, state, input, e);
+    write_rates(model, e, rates);
 }
 
-static void damp(struct damped *d) {
-    KL_EACH_LANE(g) {
-        const kl_lane half_z = KL_R(0.5) * KL_LANE(d->z, g);
-        const kl_lane sigma = carried_part(KL_LANE(d->z, g));
-        const kl_lane a = (KL_LANE(d->force, g) + half_z * KL_LANE(d->carried, g)) /
-                          (KL_R(1) + (KL_R(2) - sigma) * half_z);
-        KL_LANE(d->a, g) = a;
-        KL_LANE(d->carried, g) = sigma * a;
-    }
+void kl_observe(const struct kl_model *model, const struct kl_state *state,
+                const struct kl_input *input, struct kl_output *output, struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
+    const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
+    look_at(model, state, input, e);
+    kl_write_output(model, state, &stage, e, output);
 }
 
 /* A velocity at the end of the step, and its coordinate's rate there. */
@@ -260,14 +251,14 @@ static void finish_wheelset(const struct kl_model *model, const struct kl_evalua
     struct kl_stiffness z;
     const struct kl_wheelset *wheelset = &model->wheelsets[w];
     kl_axle_stiffness(wheelset, &model->pairs[wheelset->pair], axle, &e->forces[w], h, &z);
-    struct damped moved = {.force = {force[KL_WS_Y_RATE], force[KL_WS_YAW_RATE]},
-                           .carried = {rate[KL_WS_Y_RATE], rate[KL_WS_YAW_RATE]},
-                           .z = {z.y, z.yaw}};
-    struct damped turned = {.force = {force[KL_WS_SPIN], KL_R(0)},
-                            .carried = {rate[KL_WS_SPIN], KL_R(0)},
-                            .z = {z.spin, KL_R(0)}};
-    damp(&moved);
-    damp(&turned);
+    struct kl_damped moved = {.force = {force[KL_WS_Y_RATE], force[KL_WS_YAW_RATE]},
+                              .carried = {rate[KL_WS_Y_RATE], rate[KL_WS_YAW_RATE]},
+                              .z = {z.y, z.yaw}};
+    struct kl_damped turned = {.force = {force[KL_WS_SPIN], KL_R(0)},
+                               .carried = {rate[KL_WS_SPIN], KL_R(0)},
+                               .z = {z.spin, KL_R(0)}};
+    kl_damp(&moved);
+    kl_damp(&turned);
     finish(&x[KL_WS_Y], &rate[KL_WS_Y], &axle->x[KL_WS_Y], &axle->rate[KL_WS_Y], h, moved.a[0],
            moved.carried[0]);
     finish(&x[KL_WS_YAW], &rate[KL_WS_YAW], &axle->x[KL_WS_YAW], &axle->rate[KL_WS_YAW], h,
@@ -315,6 +306,9 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
             rate += KL_SIDES;
         }
     }
+    if (model->n_twists != 0) {
+        kl_twists_finish(model, e, state);
+    }
 }
 
 /* 1 where all accelerations are finite, and so far below the largest real that the new state will
@@ -342,16 +336,15 @@ static int is_sound(const struct kl_model *model, const struct kl_evaluation *e)
 
 /* ---- the step ---- */
 
-void kl_refresh(const struct kl_model *model, struct kl_state *state) {
-    struct kl_evaluation e;
-    struct kl_input input;
-    kl_input_init(&input);
-    evaluate_still(model, state, &input, state->lift, &e);
-    write_rates(model, &e, state->rate);
+void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
+    kl_input_init(&e->kept);
+    evaluate_still(model, state, &e->kept, state->lift, e);
+    write_rates(model, e, state->rate);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) { /* a flange does not stand in its rail */
         const int32_t right = kl_rail_state_index(model, w, KL_RIGHT);
         for (int s = 0; s < KL_SIDES && right >= 0; s++) {
-            state->x[right + s] = e.axle[w].rail.q[s];
+            state->x[right + s] = e->axle[w].rail.q[s];
         }
     }
     const uint32_t first = kl_wheelset_states(model);
@@ -359,11 +352,14 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state) {
         kl_real *rate = &state->rate[first + KL_WHEELSET_STATES * w];
         struct kl_stiffness z;
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
-        kl_axle_stiffness(wheelset, &model->pairs[wheelset->pair], &e.axle[w], &e.forces[w],
+        kl_axle_stiffness(wheelset, &model->pairs[wheelset->pair], &e->axle[w], &e->forces[w],
                           model->step_s, &z);
-        rate[KL_WS_Y_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.y)));
-        rate[KL_WS_YAW_RATE] *= kl_lane_first(carried_part(kl_lane_all(z.yaw)));
-        rate[KL_WS_SPIN] *= kl_lane_first(carried_part(kl_lane_all(z.spin)));
+        rate[KL_WS_Y_RATE] *= kl_lane_first(kl_carried_part(kl_lane_all(z.y)));
+        rate[KL_WS_YAW_RATE] *= kl_lane_first(kl_carried_part(kl_lane_all(z.yaw)));
+        rate[KL_WS_SPIN] *= kl_lane_first(kl_carried_part(kl_lane_all(z.spin)));
+    }
+    if (model->n_twists != 0) {
+        kl_twists_refresh(model, e, state);
     }
 }
 
@@ -385,25 +381,24 @@ static int settle(const struct kl_model *model, struct kl_state *state,
 }
 
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
-                 struct kl_output *output) {
-    struct kl_evaluation e;
-    struct kl_input kept;
+                 struct kl_output *output, struct kl_work *work) {
+    struct kl_evaluation *e = kl_evaluation_in(work);
     const kl_real h = model->step_s;
-    uint32_t faults = check_input(model, state, input, &kept);
+    uint32_t faults = check_input(model, state, input, &e->kept);
     const kl_real most = model->acceleration_limit_m_s2 * h;
-    const kl_real change = kl_clamp(kept.speed_m_s - state->speed_m_s, -most, most);
+    const kl_real change = kl_clamp(e->kept.speed_m_s - state->speed_m_s, -most, most);
     const kl_real v = state->speed_m_s + change;
     const struct kl_stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v)), v,
                                  change / h};
     const struct kl_origin from = {state->x, state->rate, state->lift, h};
-    kl_evaluate(model, &from, &end, &kept, &e);
-    faults |= e.faults;
-    const int sound = is_sound(model, &e) && kl_finite_real(end.s_m);
+    kl_evaluate(model, &from, &end, &e->kept, e);
+    faults |= e->faults;
+    const int sound = is_sound(model, e) && kl_finite_real(end.s_m);
     faults |= sound ? 0u : (uint32_t)KL_FAULT_NONFINITE;
 
-    const int hold = settle(model, state, &e, &end, faults);
+    const int hold = settle(model, state, e, &end, faults);
     if (output != NULL && !hold) {
-        kl_write_output(model, state, &end, &e, output);
+        kl_write_output(model, state, &end, e, output);
     } else if (output != NULL) { /* the last good output stays; time and faults go on */
         output->tick = state->tick;
         output->time_ns = (int64_t)state->tick * model->step_ns;

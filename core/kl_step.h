@@ -18,13 +18,22 @@ extern "C" {
 /* States: per body each freedom that it has, coordinate and rate, then per wheelset y, y', psi, psi'
  * + kappa V, Omega, then per series damper or friction element how far its damper or slider has
  * moved, then per wheelset whose rails give way how far the right and the left rail have, outboard,
- * from where they stand under the wheels at rest. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point at height z
+ * from where they stand under the wheels at rest, then per wheelset with independent wheels its twist. Omega is the mean of both wheels, the
+ * twist half their difference: the right one turns with Omega + twist, the left one with Omega -
+ * twist. Roll and yaw rates are absolute: phi' + V phi0', psi' + kappa V; y' of a point at height z
  * is y' - z V phi0'. */
 #define KL_WHEELSET_STATES 5
 #define KL_MAX_STATES                                                                              \
-    (2 * KL_FREEDOMS * KL_MAX_BODIES + (KL_WHEELSET_STATES + KL_SIDES) * KL_MAX_WHEELSETS +        \
+    (2 * KL_FREEDOMS * KL_MAX_BODIES + (KL_WHEELSET_STATES + KL_SIDES + 1) * KL_MAX_WHEELSETS +    \
      KL_MAX_SLIPS)
-enum kl_wheelset_state { KL_WS_Y = 0, KL_WS_Y_RATE, KL_WS_YAW, KL_WS_YAW_RATE, KL_WS_SPIN };
+enum kl_wheelset_state {
+    KL_WS_Y = 0,
+    KL_WS_Y_RATE,
+    KL_WS_YAW,
+    KL_WS_YAW_RATE,
+    KL_WS_SPIN,
+    KL_WS_TWIST /* not among the five: at the tail, of independent wheels alone */
+};
 
 /* Faults: bits, latched in the state until kl_init or kl_clear_faults. */
 enum kl_fault {
@@ -68,14 +77,17 @@ struct kl_state {
     kl_real speed_m_s; /* V */
     kl_real x[KL_MAX_STATES];
     kl_real
-        rate[KL_MAX_STATES]; /* with which x goes on; of y', psi' and Omega of a wheelset the part
-                                    that its creep does not stop (see kl_step) */
+        rate[KL_MAX_STATES]; /* with which x goes on; of y', psi', Omega and twist of a wheelset the
+                                    part that its creep does not stop (see kl_step) */
     struct kl_lift lift[KL_MAX_WHEELSETS];
 };
 
 struct kl_input {
-    kl_real speed_m_s;                        /* set-point of V, 0..KL_MAX_SPEED_M_S */
-    kl_real axle_torque_Nm[KL_MAX_WHEELSETS]; /* positive drives forward */
+    kl_real speed_m_s;                         /* set-point of V, 0..KL_MAX_SPEED_M_S */
+    kl_real axle_torque_Nm[KL_MAX_WHEELSETS];  /* positive drives forward; half of it on either of
+                                                 independent wheels */
+    kl_real twist_torque_Nm[KL_MAX_WHEELSETS]; /* of independent wheels: more on the right one and
+                                                  less on the left one; solid axles ignore it */
     kl_real friction_factor[KL_MAX_WHEELSETS]
                            [KL_SIDES]; /* multiplies mu, 0..2; kl_input_init sets 1 */
     /* rail conditions, per wheel, on top of the model's (struct kl_creep_def); kl_input_init sets 1, 1, 0 */
@@ -88,47 +100,46 @@ struct kl_input {
     kl_real actuator_N[KL_MAX_ACTUATORS]; /* of the elements with an actuator; N, or N m */
 };
 
-/* One contact of a wheel. */
+/* One contact of both wheels, [KL_RIGHT] and [KL_LEFT]. */
 struct kl_contact_output {
-    kl_real normal_N; /* N >= 0 */
-    kl_real t1_N;     /* longitudinal creep force on the wheel */
-    kl_real t2_N;     /* lateral creep force on the wheel, in the contact plane */
-    kl_real m3_Nm;
-    kl_real gamma1;
-    kl_real gamma2;
-    kl_real omega3_1_m;
-    kl_real reduction; /* 1 linear .. 0 sliding */
-    kl_real radius_m;
-    kl_real delta_rad; /* contact angle */
-    kl_real eta_wheel_m;
-    kl_real eta_rail_m;
-    kl_real semi_a_m;
-    kl_real semi_b_m;
-};
-
-struct kl_wheel_output {
-    kl_real q_N;    /* vertical wheel load on the rail, Q, of both contacts */
-    kl_real y_N;    /* lateral force of the wheel ON THE RAIL, positive right, of both contacts */
-    kl_real rise_m; /* of the tread off the rail: 0 in contact */
-    kl_real
-        rail_m; /* by which the rail has given way outboard, from its place under the wheel at rest */
-    struct kl_contact_output tread; /* with KL_CONTACTS_RIGID the only one */
-    struct kl_contact_output flange;
+    kl_real normal_N[KL_SIDES]; /* N >= 0 */
+    kl_real t1_N[KL_SIDES];     /* longitudinal creep force on the wheel */
+    kl_real t2_N[KL_SIDES];     /* lateral creep force on the wheel, in the contact plane */
+    kl_real m3_Nm[KL_SIDES];
+    kl_real gamma1[KL_SIDES];
+    kl_real gamma2[KL_SIDES];
+    kl_real omega3_1_m[KL_SIDES];
+    kl_real reduction[KL_SIDES]; /* 1 linear .. 0 sliding */
+    kl_real radius_m[KL_SIDES];
+    kl_real delta_rad[KL_SIDES]; /* contact angle */
+    kl_real eta_wheel_m[KL_SIDES];
+    kl_real eta_rail_m[KL_SIDES];
+    kl_real semi_a_m[KL_SIDES];
+    kl_real semi_b_m[KL_SIDES];
 };
 
 struct kl_wheelset_output {
     kl_real y_m; /* relative to the track centre line */
     kl_real yaw_rad;
-    kl_real z_m;        /* positive down */
-    kl_real roll_rad;   /* relative to the canted track */
-    kl_real spin_rad_s; /* Omega, positive rolling forward */
+    kl_real z_m;         /* positive down */
+    kl_real roll_rad;    /* relative to the canted track */
+    kl_real spin_rad_s;  /* Omega, positive rolling forward; of independent wheels the mean */
+    kl_real twist_rad_s; /* right wheel Omega + twist, left wheel Omega - twist; 0: solid axle */
     kl_real y_rate_m_s;
     kl_real yaw_rate_rad_s; /* relative to the track */
     kl_real y_acc_m_s2;     /* absolute lateral acceleration without gravity: y'' + kappa V^2 */
     kl_real z_acc_m_s2;
-    kl_real force_y_N; /* track shifting force: sum of Y over both wheels */
-    struct kl_track_point track;
-    struct kl_wheel_output wheel[KL_SIDES];
+    kl_real force_y_N;                       /* track shifting force: sum of Y over both wheels */
+    struct kl_irregularity_row irregularity; /* of the track where it is */
+    /* of either wheel: */
+    kl_real q_N[KL_SIDES];    /* vertical load on the rail, Q, of both contacts */
+    kl_real y_N[KL_SIDES];    /* lateral force ON THE RAIL, positive right, of both contacts */
+    kl_real rise_m[KL_SIDES]; /* of the tread off the rail: 0 in contact */
+    kl_real rail_m
+        [KL_SIDES]; /* by which the rail has given way outboard, from its place under the wheel at
+                              rest */
+    struct kl_contact_output tread; /* with KL_CONTACTS_RIGID the only one */
+    struct kl_contact_output flange;
 };
 
 struct kl_body_output {
@@ -148,9 +159,21 @@ struct kl_output {
     kl_real s_m;
     kl_real speed_m_s;
     kl_real acceleration_m_s2;
-    struct kl_track_point track; /* at the reference point; the layout alone, no irregularities */
+    struct kl_track_layout track; /* at the reference point */
     struct kl_body_output body[KL_MAX_BODIES];
     struct kl_wheelset_output wheelset[KL_MAX_WHEELSETS];
+};
+
+/*
+ * Where an evaluation puts what it works out on the way, so that a step needs little stack. Opaque,
+ * and without meaning between two calls: nothing of it ever reaches a state or an output, and it
+ * need not be cleared. Any number of vehicles and models that are stepped in turn can share one; two
+ * threads need two.
+ */
+#define KL_WORK_REALS                                                                              \
+    (32u + 40u * KL_MAX_BODIES + 320u * KL_MAX_WHEELSETS + 2u * KL_MAX_SLIPS + KL_MAX_ACTUATORS)
+struct kl_work {
+    KL_ALIGN(16) kl_real room[KL_WORK_REALS];
 };
 
 /* All zero, friction factors 1. Bound: constant. */
@@ -159,12 +182,13 @@ void kl_input_init(struct kl_input *input);
 /*
  * Puts a vehicle at rest relative to the track at distance s, rolling at speed V
  * (0..KL_MAX_SPEED_M_S), wheels rolling freely, all displacements zero, faults clear, tick 0.
- * KL_ERR_ARGUMENT: NULL, a model that does not fit, or V out of range.
+ * KL_ERR_ARGUMENT: NULL, a model that does not fit, or V out of range. Bound: 16 evaluations.
  */
 enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_real s_m,
-                       kl_real speed_m_s);
+                       kl_real speed_m_s, struct kl_work *work);
 
-/* Where a freedom lives in state->x; -1 where the body does not have it. `rate` 1 for its rate. */
+/* Where a freedom lives in state->x; -1 where the body or the wheelset does not have it (the twist of
+ * a solid axle). `rate` 1 for its rate. */
 int32_t kl_body_state_index(const struct kl_model *model, uint32_t body, enum kl_freedom freedom,
                             int rate);
 int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
@@ -173,8 +197,8 @@ int32_t kl_wheelset_state_index(const struct kl_model *model, uint32_t wheelset,
 int32_t kl_rail_state_index(const struct kl_model *model, uint32_t wheelset, enum kl_side side);
 
 /* To be called after changing x, s or V of a state by hand: finds the rates with which it goes on.
- * kl_init and kl_restore leave nothing to be done. */
-void kl_refresh(const struct kl_model *model, struct kl_state *state);
+ * kl_init and kl_restore leave nothing to be done. Bound: 16 evaluations. */
+void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_work *work);
 
 /*
  * Advances one vehicle by one step. `input` acts over the whole step; `output` may be NULL. Returns
@@ -184,21 +208,25 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state);
  * forces come from places alone; velocities enter the forces by extrapolation, and the diagonal
  * creep damping of each wheelset, reduced by the secant of the saturated law, is taken implicitly.
  * As that damping grows stiff (towards standstill) the method turns into the implicit Euler one for
- * y', psi' and Omega. Stable below: undamped angular frequency 2/step, explicit damping 1/step.
+ * y', psi' and Omega. Independent wheels can roll while the wheelset yaws, so there yaw and twist are
+ * damped together: the slip of both as above, what rolls not at all. Stable below: undamped angular frequency 2/step, explicit damping 1/step.
  * Re-entrant: touches nothing but its arguments.
  */
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
-                 struct kl_output *output);
+                 struct kl_output *output, struct kl_work *work);
 
-/* The right-hand side alone: rates of state->x at the state's own s and V, and outputs there;
- * `output` may be NULL. Both are exact for the state. Used for linearisation and to look at a state
- * without stepping. */
+/* The right-hand side alone: rates of state->x at the state's own s and V, exact for the state. Used
+ * for linearisation. Bound: 16 evaluations. */
 void kl_rates(const struct kl_model *model, const struct kl_state *state,
-              const struct kl_input *input, kl_real rates[KL_MAX_STATES], struct kl_output *output);
+              const struct kl_input *input, kl_real rates[KL_MAX_STATES], struct kl_work *work);
+
+/* The outputs of a state as it stands, without a step; likewise. */
+void kl_observe(const struct kl_model *model, const struct kl_state *state,
+                const struct kl_input *input, struct kl_output *output, struct kl_work *work);
 
 /* Total mechanical energy relative to the frame moving with the track: kinetic, elastic and
  * gravitational, J. For tests on straight, smooth track. */
-kl_real kl_energy(const struct kl_model *model, const struct kl_state *state);
+kl_real kl_energy(const struct kl_model *model, const struct kl_state *state, struct kl_work *work);
 
 /* Unlatches all faults. After a holding fault the state is what it was before; restore or init it
  * first if need be. */

@@ -9,7 +9,7 @@
 
 #define MOST_ACTUATOR_N 1e7
 
-static void deflection(const struct kl_struts *s, uint32_t strut, kl_both *q, kl_both *d) {
+static void deflection(const struct kl_struts *s, uint32_t strut, const kl_both *q, kl_both *d) {
     kl_both sum = {KL_R(0), KL_R(0)};
     for (uint32_t t = s->term_start[strut]; t < s->term_start[strut + 1u]; t++) {
         KL_EACH_LANE(g) {
@@ -91,6 +91,22 @@ void kl_struts_act(const struct kl_struts *restrict struts,
     for (uint32_t i = 0; i < struts->n_actuators; i++, strut++) {
         pull(struts, strut, -input->actuator_N[struts->input[i]], force);
     }
+}
+
+kl_real kl_strut_force(const struct kl_strut_view *view, uint32_t strut) {
+    const struct kl_struts *s = view->struts;
+    const uint32_t first_damper = s->n_slips + s->n_stops;
+    const uint32_t first_actuator = first_damper + s->n_dampers;
+    kl_both d;
+    kl_real twice;
+    deflection(s, strut, view->q, &d);
+    if (strut < s->n_slips) {
+        return s->slip[strut].k * (d[COORDINATE] - view->slipped->u[strut]);
+    }
+    if (strut < first_actuator) {
+        return bent(s, strut - s->n_slips, d[strut < first_damper ? COORDINATE : RATE], &twice);
+    }
+    return -view->input->actuator_N[s->input[strut - first_actuator]];
 }
 
 kl_real kl_struts_energy(const struct kl_struts *struts, const kl_real *u, kl_both *q) {

@@ -27,6 +27,15 @@ void kl_struts_act(const struct kl_struts *restrict struts,
                    const struct kl_input *restrict input, kl_real *restrict force,
                    struct kl_slipped *restrict slipped);
 
+/* One strut of an evaluation, by its number among all. The slips as kl_struts_act left them. */
+struct kl_strut_view {
+    const struct kl_struts *struts;
+    const kl_both *q;
+    const struct kl_slipped *slipped;
+    const struct kl_input *input;
+};
+kl_real kl_strut_force(const struct kl_strut_view *view, uint32_t strut);
+
 /* Twice the energy in springs of slips and in stops. */
 kl_real kl_struts_energy(const struct kl_struts *struts, const kl_real *u, kl_both *q);
 

@@ -115,37 +115,127 @@ static int keep_entry(const struct kl_vehicle_def *def, const struct kl_dense *m
     return (m->k[at] != 0.0 || m->c[at] != 0.0) && is_used(def, i, 1) && is_used(def, j, 0);
 }
 
-static uint32_t count_entries(const struct kl_vehicle_def *def, const struct kl_dense *m) {
-    uint32_t entries = 0;
+/* The columns of every row, as bits. */
+#define WORD_BITS 32u
+struct columns {
+    uint32_t n_rows;
+    uint32_t n_words;
+    uint32_t *word; /* n_words per row */
+};
+
+static void mark_columns(const struct kl_vehicle_def *def, const struct kl_dense *m,
+                         const struct columns *c) {
     for (uint32_t i = 0; i < m->n; i++) {
-        for (uint32_t j = 0; j < m->n; j++) {
-            entries += keep_entry(def, m, i, j) ? 1u : 0u;
+        uint32_t *word = &c->word[i * c->n_words];
+        for (uint32_t k = 0; k < c->n_words; k++) {
+            word[k] = 0;
         }
+        for (uint32_t j = 0; j < m->n; j++) {
+            word[j / WORD_BITS] |= keep_entry(def, m, i, j) ? 1u << (j % WORD_BITS) : 0u;
+        }
+    }
+}
+
+static int has_column(const struct columns *c, uint32_t row, uint32_t column) {
+    return ((c->word[row * c->n_words + column / WORD_BITS] >> (column % WORD_BITS)) & 1u) != 0;
+}
+
+static uint32_t count_shared(const struct columns *c, uint32_t a, uint32_t b) {
+    uint32_t n = 0;
+    for (uint32_t k = 0; k < c->n_words; k++) {
+        uint32_t both = c->word[a * c->n_words + k] & c->word[b * c->n_words + k];
+        for (; both != 0; both &= both - 1u) {
+            n++;
+        }
+    }
+    return n;
+}
+
+/* The row that shares most columns with row a, of those that have no twin yet; n_rows: none is left. */
+static uint32_t best_twin(const struct columns *c, const unsigned char *done, uint32_t a,
+                          uint32_t *shared) {
+    uint32_t best = c->n_rows;
+    *shared = 0;
+    for (uint32_t b = a + 1u; b < c->n_rows; b++) {
+        const uint32_t n = done[b] ? 0u : count_shared(c, a, b);
+        if (!done[b] && (best == c->n_rows || n > *shared)) {
+            best = b;
+            *shared = n;
+        }
+    }
+    return best;
+}
+
+/* The two rows that share most columns first, and so on; the last may be left alone. Returns the
+ * entries that they all have. */
+static uint32_t pair_rows(const struct columns *c, unsigned char *done, uint16_t *twins) {
+    uint32_t entries = 0;
+    for (uint32_t i = 0; i < c->n_rows; i++) {
+        done[i] = 0;
+    }
+    for (uint32_t t = 0; t < (c->n_rows + 1u) / 2u; t++, twins += 3) {
+        uint32_t first = c->n_rows;
+        uint32_t most = 0;
+        twins[1] = (uint16_t)c->n_rows;
+        for (uint32_t a = 0; a < c->n_rows; a++) {
+            uint32_t shared = 0;
+            const uint32_t b = done[a] ? c->n_rows : best_twin(c, done, a, &shared);
+            if (!done[a] && (first == c->n_rows || shared > most)) {
+                first = a;
+                most = shared;
+                twins[1] = (uint16_t)b;
+            }
+        }
+        twins[0] = (uint16_t)first;
+        twins[2] = 0;
+        for (uint32_t j = 0; j < c->n_rows; j++) {
+            const int second = twins[1] < c->n_rows && has_column(c, twins[1], j);
+            twins[2] = (uint16_t)(twins[2] + (has_column(c, first, j) || second ? 1 : 0));
+        }
+        done[first] = 1;
+        if (twins[1] < c->n_rows) {
+            done[twins[1]] = 1;
+        }
+        entries += twins[2];
     }
     return entries;
 }
 
 struct rows {
-    uint16_t *row_start;
+    uint16_t *twins;
     uint16_t *column;
     struct kl_spring *spring;
 };
 
+static struct kl_spring spring_at(const struct kl_vehicle_def *def, const struct kl_dense *m,
+                                  uint32_t row, uint32_t column) {
+    const size_t at = (size_t)row * m->n + column;
+    const int is = row < m->n && keep_entry(def, m, row, column);
+    const struct kl_spring spring = {is ? (kl_real)m->k[at] : KL_R(0),
+                                     is ? (kl_real)m->c[at] : KL_R(0)};
+    return spring;
+}
+
+static int is_entry(const struct kl_vehicle_def *def, const struct kl_dense *m,
+                    const uint16_t *twins, uint32_t column) {
+    return keep_entry(def, m, twins[0], column) ||
+           (twins[1] < m->n && keep_entry(def, m, twins[1], column));
+}
+
 static void store_sparse(const struct kl_vehicle_def *def, const struct kl_dense *m,
                          const struct rows *rows) {
-    uint16_t next = 0;
-    for (uint32_t i = 0; i < m->n; i++) {
-        rows->row_start[i] = next;
+    uint32_t next = 0;
+    const uint16_t *twins = rows->twins;
+    for (uint32_t t = 0; t < (m->n + 1u) / 2u; t++, twins += 3) {
         for (uint32_t j = 0; j < m->n; j++) {
-            if (keep_entry(def, m, i, j)) {
+            if (is_entry(def, m, twins, j)) {
                 rows->column[next] = (uint16_t)j;
-                rows->spring[next].k = (kl_real)m->k[(size_t)i * m->n + j];
-                rows->spring[next].c = (kl_real)m->c[(size_t)i * m->n + j];
+                rows->spring[2u * next] = spring_at(def, m, twins[0], j);
+                rows->spring[2u * next + 1u] = spring_at(def, m, twins[1], j);
                 next++;
             }
         }
     }
-    rows->row_start[m->n] = next;
 }
 
 /* Takes and fills the dense matrices; they are scratch. */
@@ -191,25 +281,66 @@ static enum kl_status find_loads(const struct kl_assembly *as, struct kl_arena *
     return status;
 }
 
-static enum kl_status take_rows(struct kl_arena *arena, uint32_t n, uint32_t entries,
-                                struct rows *rows, struct kl_diag *diag) {
-    rows->row_start = kl_arena_take(arena, n + 1u, sizeof *rows->row_start);
-    rows->column = kl_arena_take(arena, entries, sizeof *rows->column);
-    rows->spring = kl_arena_take(arena, entries, sizeof *rows->spring);
-    if (rows->row_start == NULL || rows->column == NULL || rows->spring == NULL) {
+/* Which rows go together; everything but that is scratch. */
+static enum kl_status make_twins(const struct kl_assembly *as, struct kl_arena *arena,
+                                 uint16_t *twins, uint32_t *entries, struct kl_diag *diag) {
+    struct kl_dense m;
+    struct columns columns;
+    const size_t mark = arena->used;
+    enum kl_status status = make_dense(as, arena, &m, diag);
+    if (status != KL_OK) {
+        return status;
+    }
+    columns.n_rows = m.n;
+    columns.n_words = (m.n + WORD_BITS - 1u) / WORD_BITS;
+    columns.word = kl_arena_take(arena, (size_t)m.n * columns.n_words, sizeof *columns.word);
+    unsigned char *done = kl_arena_take(arena, m.n, sizeof *done);
+    if (columns.word == NULL || done == NULL) {
         return kl_report(diag, KL_ERR_MEMORY, "suspension", -1, (double)arena->wanted);
     }
-    return KL_OK;
+    mark_columns(as->def, &m, &columns);
+    *entries = pair_rows(&columns, done, twins);
+    arena->used = mark;
+    return *entries <= UINT16_MAX
+               ? KL_OK
+               : kl_report(diag, KL_ERR_CAPACITY, "element: the suspension has too many entries",
+                           -1, *entries);
 }
 
-/* The rows must lie below the scratch that makes them: assembled once for the loads, once to count,
- * once more to fill. */
+static enum kl_status make_rows(const struct kl_assembly *as, struct kl_arena *arena,
+                                struct rows *rows, uint32_t *entries, struct kl_diag *diag) {
+    const uint32_t n = KL_COORDINATES(as->def->n_bodies, as->def->n_wheelsets);
+    struct kl_dense m;
+    rows->twins = kl_arena_take(arena, 3u * ((n + 1u) / 2u), sizeof *rows->twins);
+    if (rows->twins == NULL) {
+        return kl_report(diag, KL_ERR_MEMORY, "suspension", -1, (double)arena->wanted);
+    }
+    enum kl_status status = make_twins(as, arena, rows->twins, entries, diag);
+    if (status != KL_OK) {
+        return status;
+    }
+    rows->column = kl_arena_take(arena, *entries, sizeof *rows->column);
+    rows->spring = kl_arena_take(arena, 2u * (size_t)*entries, sizeof *rows->spring);
+    if (rows->column == NULL || rows->spring == NULL) {
+        return kl_report(diag, KL_ERR_MEMORY, "suspension", -1, (double)arena->wanted);
+    }
+    const size_t mark = arena->used;
+    status = make_dense(as, arena, &m, diag);
+    if (status == KL_OK) {
+        store_sparse(as->def, &m, rows);
+    }
+    arena->used = mark;
+    return status;
+}
+
+/* What is kept must lie below the scratch that makes it: assembled once for the loads, once to find out
+ * which rows go together, once more to fill them. */
 enum kl_status kl_suspension_build(const struct kl_vehicle_def *def, const double *axle_z_m,
                                    struct kl_arena *arena, struct kl_suspension *suspension,
                                    double *preload, struct kl_diag *diag) {
     struct kl_assembly as = {def, axle_z_m, NULL};
-    struct kl_dense m;
     struct rows rows;
+    uint32_t entries = 0;
     enum kl_status status = kl_elements_check(&as, diag);
     size_t mark = arena->used;
     status = status == KL_OK ? kl_linkages_check(def, arena, diag) : status;
@@ -225,27 +356,13 @@ enum kl_status kl_suspension_build(const struct kl_vehicle_def *def, const doubl
     status = find_loads(&as, arena, load_N, preload, diag);
     arena->used = mark;
     as.load_N = load_N;
-    status = status == KL_OK ? make_dense(&as, arena, &m, diag) : status;
+    status = status == KL_OK ? make_rows(&as, arena, &rows, &entries, diag) : status;
     if (status != KL_OK) {
         return status;
     }
-    const uint32_t entries = count_entries(def, &m);
-    arena->used = mark;
-    if (entries > UINT16_MAX) {
-        return kl_report(diag, KL_ERR_CAPACITY, "element: the suspension has too many entries", -1,
-                         entries);
-    }
-    status = take_rows(arena, m.n, entries, &rows, diag);
-    mark = arena->used;
-    status = status == KL_OK ? make_dense(&as, arena, &m, diag) : status;
-    if (status != KL_OK) {
-        return status;
-    }
-    store_sparse(def, &m, &rows);
-    arena->used = mark;
-    suspension->n_coordinates = m.n;
+    suspension->n_coordinates = KL_COORDINATES(def->n_bodies, def->n_wheelsets);
     suspension->n_entries = entries;
-    suspension->row_start = rows.row_start;
+    suspension->twins = rows.twins;
     suspension->column = rows.column;
     suspension->spring = rows.spring;
     return KL_OK;

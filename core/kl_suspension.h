@@ -13,10 +13,13 @@ static inline uint32_t kl_freedoms_of(const struct kl_body *body) {
     return n;
 }
 
-/* Where the states of the rails begin, the last ones; those of the slips before them; and those of
- * the wheelsets before these. */
+/* Where the twists of the wheelsets with independent wheels begin, the last states; the rails' before
+ * them; those of the slips before these; and those of the wheelsets before all. */
+static inline uint32_t kl_twist_states(const struct kl_model *model) {
+    return model->n_states - model->n_twists;
+}
 static inline uint32_t kl_rail_states(const struct kl_model *model) {
-    return model->n_states - KL_SIDES * model->n_rails;
+    return kl_twist_states(model) - KL_SIDES * model->n_rails;
 }
 static inline uint32_t kl_slip_states(const struct kl_model *model) {
     return kl_rail_states(model) - model->struts.n_slips;

@@ -7,8 +7,8 @@
 
 #define PATH_PANELS 16
 
-void kl_track_layout_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point) {
-    kl_layout_read(track, s_m, point);
+void kl_track_layout_at(const struct kl_track *track, kl_real s_m, struct kl_track_layout *layout) {
+    *layout = kl_layout_read(track, s_m);
 }
 
 void kl_track_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point) {

@@ -87,11 +87,21 @@ struct kl_track {
     kl_real inv_step_1_m;
 };
 
-/* The track at one s. Derivatives are with respect to s. */
-struct kl_track_point {
+/* The layout at one s. Derivatives are with respect to s. */
+struct kl_track_layout {
     kl_real curvature_1_m;
     kl_real heading_rad; /* I1 = int kappa ds from s = 0 */
     kl_real offset_m;    /* I2 = int int kappa ds ds from s = 0 */
+    kl_real cant_rad;
+    kl_real cant_s_1_m;
+    kl_real cant_ss_1_m2;
+};
+
+/* The layout, and the irregularities on it. */
+struct kl_track_point {
+    kl_real curvature_1_m;
+    kl_real heading_rad;
+    kl_real offset_m;
     kl_real cant_rad;
     kl_real cant_s_1_m;
     kl_real cant_ss_1_m2;
@@ -109,9 +119,8 @@ struct kl_track_point {
 enum kl_status kl_track_build(const struct kl_track_def *def, struct kl_arena *arena,
                               struct kl_track *track, struct kl_diag *diag);
 
-/* Curvature, heading, offset and cant at s; the irregularities of `point` are left alone. Bound:
- * constant. */
-void kl_track_layout_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point);
+/* Curvature, heading, offset and cant at s. Bound: constant. */
+void kl_track_layout_at(const struct kl_track *track, kl_real s_m, struct kl_track_layout *layout);
 
 /* Everything about the track at s. Bound: constant. */
 void kl_track_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point);

@@ -87,6 +87,12 @@ static enum kl_status check_wheelset(const struct kl_vehicle_def *def, uint32_t 
     if (w->pair >= def->n_pairs) {
         return kl_report(diag, KL_ERR_REFERENCE, "wheelset: no such wheel-rail pair", i, w->pair);
     }
+    if (!(w->coupling_Nms_rad >= 0.0 && w->coupling_Nms_rad < 1e9) ||
+        (w->coupling_Nms_rad != 0.0 && w->independent == 0)) {
+        return kl_report(diag, KL_ERR_VALUE,
+                         "wheelset: coupling_Nms_rad must be in 0..1e9, and 0 on a solid axle", i,
+                         w->coupling_Nms_rad);
+    }
     return check_creep(&w->creep, i, diag);
 }
 
@@ -166,6 +172,8 @@ static void set_wheelset(struct kl_wheelset *to, const struct kl_wheelset_def *f
     }
     to->static_load_N = (kl_real)(preload[1] + from->mass_kg * gravity);
     to->pair = from->pair;
+    to->independent = from->independent != 0 ? 1u : 0u;
+    to->coupling_Nms_rad = (kl_real)from->coupling_Nms_rad;
     to->creep = from->creep;
     to->creep.falls = from->creep.falls != 0 ? 1u : 0u;
     to->creep.k_a = or_one(from->creep.k_a);
@@ -248,12 +256,13 @@ static enum kl_status build_parts(const struct kl_vehicle_def *def, struct kl_ar
     for (uint32_t i = 0; i < def->n_wheelsets; i++) {
         model->n_rails += model->pairs[def->wheelsets[i].pair].gives > KL_R(0) ? 1u : 0u;
         set_wheelset(&wheelsets[i], &def->wheelsets[i], &preload[4u * i], def->gravity_m_s2);
+        model->n_twists += wheelsets[i].independent;
         if (!(wheelsets[i].static_load_N >= KL_R(0))) {
             return kl_report(diag, KL_ERR_VALUE, "wheelset: static load is negative", (int32_t)i,
                              (double)wheelsets[i].static_load_N);
         }
     }
-    model->n_states += KL_SIDES * model->n_rails;
+    model->n_states += KL_SIDES * model->n_rails + model->n_twists;
     model->n_bodies = def->n_bodies;
     model->n_wheelsets = def->n_wheelsets;
     model->bodies = bodies;
@@ -336,6 +345,7 @@ static uint64_t hash_bodies(uint64_t h, const struct kl_model *m) {
         h = kl_hash_bytes(h, values, sizeof values);
         h = hash_u32(hash_u32(h, w->pair), (uint32_t)w->creep.law);
         h = hash_u32(h, w->creep.falls);
+        h = w->independent != 0 ? hash_real(hash_u32(h, 1u), w->coupling_Nms_rad) : h;
     }
     return h;
 }
@@ -402,9 +412,9 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     }
     const struct kl_suspension *s = &m->suspension;
     h = hash_u32(hash_u32(h, s->n_coordinates), s->n_entries);
-    h = kl_hash_bytes(h, s->row_start, (s->n_coordinates + 1u) * sizeof(uint16_t));
+    h = kl_hash_bytes(h, s->twins, 3u * kl_count_twins(s) * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->column, s->n_entries * sizeof(uint16_t));
-    h = kl_hash_bytes(h, s->spring, s->n_entries * sizeof(struct kl_spring));
+    h = kl_hash_bytes(h, s->spring, 2u * s->n_entries * sizeof(struct kl_spring));
     h = hash_struts(h, &m->struts);
     h = hash_u32(hash_u32(h, m->track.n_pieces), m->track.n_bins);
     h = hash_real(h, m->track.inv_bin_1_m);
@@ -458,7 +468,7 @@ static int has_sound_struts(const struct kl_model *m) {
 /* What the hash itself and the step rely on without asking. */
 static int has_sound_tables(const struct kl_model *m) {
     if (m->wheelsets == NULL || m->pairs == NULL || (m->n_bodies != 0 && m->bodies == NULL) ||
-        m->suspension.row_start == NULL || m->suspension.column == NULL ||
+        m->suspension.twins == NULL || m->suspension.column == NULL ||
         m->suspension.spring == NULL || m->track.piece == NULL || m->track.bin == NULL) {
         return 0;
     }
@@ -485,12 +495,14 @@ static int has_sound_tables(const struct kl_model *m) {
             }
         }
     }
+    uint32_t twists = 0;
     for (uint32_t i = 0; i < m->n_wheelsets; i++) {
-        if (m->wheelsets[i].pair >= m->n_pairs) {
+        if (m->wheelsets[i].pair >= m->n_pairs || m->wheelsets[i].independent > 1u) {
             return 0;
         }
+        twists += m->wheelsets[i].independent;
     }
-    return has_sound_struts(m);
+    return twists == m->n_twists && has_sound_struts(m);
 }
 
 enum kl_status kl_model_check(const struct kl_model *model) {

@@ -57,6 +57,9 @@ struct kl_wheelset_def {
     double load_N; /* a dead vertical load on the axle besides weight and suspension, >= 0 */
     uint32_t pair; /* index into pairs */
     struct kl_creep_def creep;
+    int independent; /* 0: both wheels on one axle; 1: either turns by itself, each with half of
+                        inertia_spin_kgm2 */
+    double coupling_Nms_rad; /* of independent wheels: a rotary damper between them, >= 0 */
 };
 
 /* The direction in which an element's line, slip, stop, damper and actuator work: along or about an
@@ -206,10 +209,16 @@ struct kl_wheelset {
     kl_real static_load_N; /* vertical preload and own weight: the axle load */
     uint32_t pair;
     struct kl_creep_def creep;
+    uint32_t independent;     /* 1: either wheel turns by itself */
+    kl_real coupling_Nms_rad; /* between them */
 };
 
-/* The suspension as sparse rows: force on coordinate i = - sum (k q[column] + c q'[column]).
- * Coordinates: five per body (kl_freedom), then four per wheelset (y, z, roll, yaw). */
+/*
+ * The suspension as sparse rows: force on coordinate i = - sum (k q[column] + c q'[column]).
+ * Coordinates: five per body (kl_freedom), then four per wheelset (y, z, roll, yaw). Rows come two
+ * and two, such that share as many columns as can be: an entry is a column and what either row has
+ * there, which may be nothing.
+ */
 #define KL_COORDINATES(bodies, wheelsets) (KL_FREEDOMS * (bodies) + 4u * (wheelsets))
 #define KL_MAX_COORDINATES KL_COORDINATES(KL_MAX_BODIES, KL_MAX_WHEELSETS)
 struct kl_spring {
@@ -219,10 +228,14 @@ struct kl_spring {
 struct kl_suspension {
     uint32_t n_coordinates;
     uint32_t n_entries;
-    const uint16_t *row_start;      /* n_coordinates + 1 */
+    const uint16_t *twins; /* three each: the two rows, of which the second may be n_coordinates for
+                              none, and how many entries they have */
     const uint16_t *column;         /* n_entries */
-    const struct kl_spring *spring; /* n_entries */
+    const struct kl_spring *spring; /* two each */
 };
+static inline uint32_t kl_count_twins(const struct kl_suspension *s) {
+    return (s->n_coordinates + 1u) / 2u;
+}
 
 /*
  * What is not linear, or has a state of its own: forces along one direction each, d = sum factor
@@ -270,6 +283,7 @@ struct kl_model {
     uint32_t n_bodies;
     uint32_t n_wheelsets;
     uint32_t n_pairs;
+    uint32_t n_twists; /* wheelsets with independent wheels */
     uint32_t n_states;
     uint32_t n_rails; /* wheelsets on rails that give way sideways */
     const struct kl_body *bodies;

@@ -28,10 +28,11 @@
  * Memory. The caller owns everything. kl_build takes from a kl_arena; nothing else takes memory at
  * all. A kl_model holds pointers into that arena (or into flash) and is never written after the
  * build. A kl_state holds no pointer: copying it is a snapshot, and any number of states may run on
- * one model.
+ * one model. What a step works out on the way goes into a kl_work, which vehicles that are stepped
+ * in turn can share; the stack stays below 2 KiB.
  *
  * Time is tick * step, in integer nanoseconds. Threads: no function touches anything but its
- * arguments; two threads may step two states of one model.
+ * arguments; two threads, each with its own kl_work, may step two states of one model.
  *
  * Determinism. The same model, state and inputs give the same bits on every target whose double (or
  * float) is IEEE 754, compiled from strict C11 without contraction (-ffp-contract=off) and without
@@ -44,6 +45,7 @@
 
 #include "kl_base.h"
 #include "kl_contact.h"
+#include "kl_force.h"
 #include "kl_geometry.h"
 #include "kl_profile.h"
 #include "kl_step.h"

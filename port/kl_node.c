@@ -24,8 +24,8 @@ static void tell(const struct kl_node *node, enum kl_node_event event) {
 
 static enum kl_status load_initial(struct kl_node *node) {
     const struct kl_node_config *config = &node->config;
-    enum kl_status loaded =
-        kl_init(config->model, config->state, config->start_s_m, config->start_speed_m_s);
+    enum kl_status loaded = kl_init(config->model, config->state, config->start_s_m,
+                                    config->start_speed_m_s, config->work);
     if (loaded == KL_OK) {
         node->output_stale = true;
         if (!node->speed_supervised) {
@@ -38,9 +38,8 @@ static enum kl_status load_initial(struct kl_node *node) {
 /* After a load the outputs are those of the new state, though no step was made. */
 static void refresh_output(struct kl_node *node) {
     const struct kl_node_config *config = &node->config;
-    kl_real rates[KL_MAX_STATES];
     if (node->output_stale) {
-        kl_rates(config->model, config->state, config->input, rates, config->output);
+        kl_observe(config->model, config->state, config->input, config->output, config->work);
         node->output_stale = false;
     }
 }
@@ -54,7 +53,8 @@ static void step_model(struct kl_node *node) {
         return;
     }
     tell(node, KL_NODE_STEP);
-    uint32_t faults = kl_step(config->model, config->state, config->input, config->output);
+    uint32_t faults =
+        kl_step(config->model, config->state, config->input, config->output, config->work);
     node->output_stale = false;
     node->counts.steps++;
     if (node->steps_left > 0) {
@@ -359,7 +359,7 @@ bool kl_node_cycle(struct kl_node *node, const struct kl_node_timing *timing) {
 
 static enum kl_status check_config(const struct kl_node_config *config) {
     if (config == NULL || config->model == NULL || config->state == NULL || config->input == NULL ||
-        config->output == NULL || config->can.ops == NULL) {
+        config->output == NULL || config->work == NULL || config->can.ops == NULL) {
         return KL_ERR_ARGUMENT;
     }
     const struct kl_can_ops *ops = config->can.ops;

@@ -47,7 +47,7 @@
  * Nothing received and nothing that the bus does changes the number of model steps in real time.
  * The node owns no memory besides its struct, uses no heap and no clock, and is not for several
  * threads at once. Per cycle: one service, one recover, KL_NODE_MAX_RECEIVED receives (each may ask
- * for one kl_init or one copy of the state), one kl_step or one kl_rates, KL_NODE_ACKS sends plus
+ * for one kl_init or one copy of the state), one kl_step or one kl_observe, KL_NODE_ACKS sends plus
  * one per instance.
  */
 #ifndef KL_NODE_H
@@ -93,6 +93,7 @@ struct kl_node_config {
     struct kl_input *input;    /* initialised by the caller; speed_m_s becomes start_speed_m_s */
     struct kl_output *output;  /* always holds the outputs of the current state */
     struct kl_state *snapshot; /* NULL: snapshot and restore are refused */
+    struct kl_work *work;      /* scratch; nodes of one thread can share it */
     struct kl_can can;
     kl_real start_s_m;
     kl_real start_speed_m_s;          /* initial speed and set-point, 0..KL_MAX_SPEED_M_S */

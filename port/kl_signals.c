@@ -213,11 +213,18 @@ int64_t kl_signal_extract(const struct kl_signal *signal, const uint8_t data[8])
 
 /* ---- values ---- */
 
-static const struct kl_wheel_output *wheel_of(const struct kl_output *output, uint32_t instance) {
+/* The wheelset of a wheel, moved on by the wheel's side: whatever there is of each side is then found
+ * at its offset. */
+static const unsigned char *wheel_of(const struct kl_output *output, uint32_t instance) {
     uint32_t wheelset = instance / KL_SIDES;
     return output == NULL || wheelset >= KL_MAX_WHEELSETS
                ? NULL
-               : &output->wheelset[wheelset].wheel[instance % KL_SIDES];
+               : (const unsigned char *)&output->wheelset[wheelset] +
+                     (instance % KL_SIDES) * sizeof(kl_real);
+}
+
+static double real_at(const void *source, size_t where) {
+    return (double)*(const kl_real *)(const void *)((const unsigned char *)source + where);
 }
 
 /* The struct that holds a signal's field; NULL if there is none. */
@@ -249,10 +256,10 @@ static const void *source_of(const struct kl_signal *signal, uint32_t instance,
 }
 
 /* |T| / N; a wheel without load uses none. */
-static double adhesion(const struct kl_wheel_output *wheel) {
-    double n = (double)wheel->tread.normal_N;
-    double t1 = (double)wheel->tread.t1_N;
-    double t2 = (double)wheel->tread.t2_N;
+static double adhesion(const void *wheel) {
+    double n = real_at(wheel, offsetof(struct kl_wheelset_output, tread.normal_N));
+    double t1 = real_at(wheel, offsetof(struct kl_wheelset_output, tread.t1_N));
+    double t2 = real_at(wheel, offsetof(struct kl_wheelset_output, tread.t2_N));
     if (!is_finite(n) || !is_finite(t1) || !is_finite(t2)) {
         return not_a_number();
     }
@@ -283,7 +290,7 @@ static int64_t raw_of(const struct kl_signal *signal, const void *source,
     const void *field = (const unsigned char *)source + signal->where;
     switch (signal->type) {
     case KL_AS_REAL:
-        return kl_signal_quantise(signal, (double)*(const kl_real *)field, counts);
+        return kl_signal_quantise(signal, real_at(source, signal->where), counts);
     case KL_AS_U32:
         return integer_raw(signal, *(const uint32_t *)field, counts);
     case KL_AS_U64:

@@ -119,7 +119,7 @@ enum kl_signal_source {
     KL_FROM_OUTPUT = 0, /* struct kl_output */
     KL_FROM_BODY,       /* struct kl_body_output of the instance */
     KL_FROM_WHEELSET,   /* struct kl_wheelset_output of the instance */
-    KL_FROM_WHEEL,      /* struct kl_wheel_output of the instance */
+    KL_FROM_WHEEL,      /* likewise, the instance's side of one real per side */
     KL_FROM_ADHESION,   /* computed: |T| / N of the instance's wheel; 0 for a lifted wheel */
     KL_FROM_STATUS,     /* struct kl_bus_status */
     KL_FROM_COMMAND,    /* struct kl_bus_command: written by the bench, read by the node */

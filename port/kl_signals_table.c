@@ -71,7 +71,7 @@
 
 #define BODY(member) KL_FROM_BODY, FIELD(kl_body_output, member)
 #define WHEELSET(member) KL_FROM_WHEELSET, FIELD(kl_wheelset_output, member)
-#define WHEEL(member) KL_FROM_WHEEL, FIELD(kl_wheel_output, member)
+#define WHEEL(member) KL_FROM_WHEEL, FIELD(kl_wheelset_output, member)
 #define VEHICLE(member) KL_FROM_OUTPUT, FIELD(kl_output, member)
 #define STATUS(member) KL_FROM_STATUS, FIELD(kl_bus_status, member)
 #define COMMAND(member) KL_FROM_COMMAND, FIELD(kl_bus_command, member)
@@ -237,7 +237,8 @@ static const struct kl_signal wheel_creep[] = {
 static const struct kl_signal wheel_contact[] = {
     COUNTER,
     SIGNED_OF("Delta", 16, 16, 1, 4, "rad", WHEEL(tread.delta_rad), "Contact angle"),
-    UNSIGNED_OF("Radius", 32, 16, 2, 5, "m", WHEEL(tread.radius_m), "Rolling radius at the contact"),
+    UNSIGNED_OF("Radius", 32, 16, 2, 5, "m", WHEEL(tread.radius_m),
+                "Rolling radius at the contact"),
     SIGNED_OF("Eta", 48, 16, 1, 5, "m", WHEEL(tread.eta_wheel_m),
               "Contact point on the wheel profile, positive towards the flange"),
 };

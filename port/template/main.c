@@ -45,6 +45,7 @@ struct firmware {
     struct kl_state snapshot;
     struct kl_input input;
     struct kl_output output;
+    struct kl_work work;
     struct kl_node node;
     struct kl_slcan_link link;
     struct board_wire wire;
@@ -66,6 +67,7 @@ static enum kl_status prepare(struct firmware *f) {
                                           .input = &f->input,
                                           .output = &f->output,
                                           .snapshot = &f->snapshot,
+                                          .work = &f->work,
                                           .can = kl_slcan_link_can(&f->link),
                                           .start_s_m = (kl_real)KL_FIRMWARE_PLACE_M,
                                           .start_speed_m_s = (kl_real)KL_FIRMWARE_SPEED_M_S,

@@ -111,6 +111,12 @@ static inline kl_real *wheelset_x(const struct kl_model *model, struct kl_state 
     return &state->x[kl_wheelset_state_index(model, w, KL_WS_Y)];
 }
 
+/* Tests have one thread. */
+static inline struct kl_work *work(void) {
+    static struct kl_work room;
+    return &room;
+}
+
 /* Runs n steps at the state's own speed; returns the faults. */
 static inline uint32_t coast(const struct kl_model *model, struct kl_state *state, uint64_t n,
                              struct kl_output *output) {
@@ -119,7 +125,7 @@ static inline uint32_t coast(const struct kl_model *model, struct kl_state *stat
     kl_input_init(&input);
     input.speed_m_s = state->speed_m_s;
     for (uint64_t i = 0; i < n; i++) {
-        faults = kl_step(model, state, &input, output);
+        faults = kl_step(model, state, &input, output, work());
     }
     return faults;
 }

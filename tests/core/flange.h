@@ -41,10 +41,10 @@ static inline void pushed_wheelset(struct vehicle *v, double load, double k_yaw,
 
 /* What of the flange is on the rail, and of the tread. */
 static inline int flange_touches(const struct kl_output *o, uint32_t w, int side) {
-    return o->wheelset[w].wheel[side].flange.normal_N > 0;
+    return o->wheelset[w].flange.normal_N[side] > 0;
 }
 static inline int tread_is_off(const struct kl_output *o, uint32_t w, int side) {
-    return o->wheelset[w].wheel[side].rise_m > 0;
+    return o->wheelset[w].rise_m[side] > 0;
 }
 
 #endif

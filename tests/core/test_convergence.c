@@ -8,9 +8,9 @@ static void final_state(struct vehicle *v, int64_t step_ns, double speed, struct
     struct built b;
     v->def.step_ns = step_ns;
     build(v, &b);
-    assert_int_equal(kl_init(&b.model, x, 30, (kl_real)speed), KL_OK);
+    assert_int_equal(kl_init(&b.model, x, 30, (kl_real)speed, work()), KL_OK);
     wheelset_x(&b.model, x, 0)[KL_WS_Y] = (kl_real)5e-4;
-    kl_refresh(&b.model, x);
+    kl_refresh(&b.model, x, work());
     assert_int_equal(coast(&b.model, x, (uint64_t)(2000000000 / step_ns), NULL), 0);
     unbuild(&b);
 }
@@ -82,11 +82,11 @@ static void stable_wagon(struct vehicle *v, double speed, struct built *b, struc
     }
     v->def.acceleration_limit_m_s2 = 2.0;
     build(v, b);
-    assert_int_equal(kl_init(&b->model, x, 0, (kl_real)speed), KL_OK);
+    assert_int_equal(kl_init(&b->model, x, 0, (kl_real)speed, work()), KL_OK);
     for (uint32_t w = 0; w < 2; w++) {
         wheelset_x(&b->model, x, w)[KL_WS_Y] = (kl_real)2e-3;
     }
-    kl_refresh(&b->model, x);
+    kl_refresh(&b->model, x, work());
 }
 
 /* Slow, the creep is stiff: 2 f22/(m V) is 20 000 1/s at 0.5 m/s. Fast, it is all inertia. */
@@ -127,14 +127,14 @@ static void standstill(void **state) {
         struct kl_input input;
         wagon(&v, pairs[i]);
         build(&v, &b);
-        assert_int_equal(kl_init(&b.model, &x, 0, 0), KL_OK);
+        assert_int_equal(kl_init(&b.model, &x, 0, 0, work()), KL_OK);
         wheelset_x(&b.model, &x, 0)[KL_WS_Y] = (kl_real)2e-3;
         wheelset_x(&b.model, &x, 1)[KL_WS_YAW] = (kl_real)1e-3;
         x.x[kl_body_state_index(&b.model, 0, KL_ROLL, 0)] = (kl_real)0.01;
-        kl_refresh(&b.model, &x);
+        kl_refresh(&b.model, &x, work());
         assert_int_equal(coast(&b.model, &x, 60000, NULL), 0);
         kl_input_init(&input);
-        kl_rates(&b.model, &x, &input, rates, NULL);
+        kl_rates(&b.model, &x, &input, rates, work());
         for (uint32_t k = 0; k < x.n_states; k++) {
             assert_near((double)rates[k], 0.0, 1e-3);
         }
@@ -160,7 +160,7 @@ static void the_full_range_of_speed(void **state) {
     double largest = 0.0;
     for (int n = 0; n < 125000; n++) {
         input.speed_m_s = n < 62000 ? 120 : 0;
-        assert_int_equal(kl_step(&b.model, &x, &input, NULL), 0);
+        assert_int_equal(kl_step(&b.model, &x, &input, NULL, work()), 0);
         largest = fmax(largest, largest_y(&b.model, &x));
         if (n == 61000) {
             assert_true(x.speed_m_s == 120);

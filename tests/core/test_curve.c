@@ -17,11 +17,11 @@ static void steady(struct kl_pair_def pair, struct built *b, struct kl_state *x,
     }
     endless_curve(&v, KAPPA, CANT);
     build(&v, b);
-    assert_int_equal(kl_init(&b->model, x, 0, (kl_real)SPEED), KL_OK);
+    assert_int_equal(kl_init(&b->model, x, 0, (kl_real)SPEED, work()), KL_OK);
     for (uint32_t w = 0; w < 2; w++) {
         wheelset_x(&b->model, x, w)[KL_WS_Y] = (kl_real)-2e-3;
     }
-    kl_refresh(&b->model, x);
+    kl_refresh(&b->model, x, work());
     assert_int_equal(coast(&b->model, x, 60000, o), 0);
     struct kl_state later = *x;
     assert_int_equal(coast(&b->model, &later, 1, NULL), 0);
@@ -42,7 +42,7 @@ static void balance(struct kl_pair_def pair, double lateral, double vertical) {
     double q = 0.0;
     for (int w = 0; w < 2; w++) {
         y += (double)o.wheelset[w].force_y_N;
-        q += (double)(o.wheelset[w].wheel[KL_RIGHT].q_N + o.wheelset[w].wheel[KL_LEFT].q_N);
+        q += (double)(o.wheelset[w].q_N[KL_RIGHT] + o.wheelset[w].q_N[KL_LEFT]);
     }
     print_message("sum Y %.6f N, wanted %.6f: %.1e of it; sum Q %.6f N, wanted %.6f: %.1e of it\n",
                   y, -mass * aside, y / (-mass * aside) - 1.0, q, mass * 9.81,
@@ -82,8 +82,7 @@ static void outer_wheels_carry_the_moment(void **state) {
     const double aside = KAPPA * SPEED * SPEED - 9.81 * CANT;
     double difference = 0.0;
     for (int w = 0; w < 2; w++) {
-        difference +=
-            (double)(o.wheelset[w].wheel[KL_LEFT].q_N - o.wheelset[w].wheel[KL_RIGHT].q_N);
+        difference += (double)(o.wheelset[w].q_N[KL_LEFT] - o.wheelset[w].q_N[KL_RIGHT]);
     }
     /* at rail level: centrifugal force at the centres and the gyroscopic moment of the axles. A
      * linear suspension carries the weight where it stood at rest. */

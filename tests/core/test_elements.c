@@ -34,7 +34,7 @@ static void body_over_ground(struct vehicle *v, uint32_t freedoms) {
 }
 
 static void at_rest(const struct kl_model *m, struct kl_state *x) {
-    assert_int_equal(kl_init(m, x, 0, 0), KL_OK);
+    assert_int_equal(kl_init(m, x, 0, 0, work()), KL_OK);
 }
 
 /* Generalised force on a body's freedom, displaced and moving as the state says. */
@@ -43,7 +43,7 @@ static double force_on(const struct kl_model *m, const struct kl_state *x, uint3
     kl_real rates[KL_MAX_STATES];
     struct kl_input input;
     kl_input_init(&input);
-    kl_rates(m, x, &input, rates, NULL);
+    kl_rates(m, x, &input, rates, work());
     const struct kl_body *b = &m->bodies[body];
     const double inertia = (double)(f < KL_ROLL ? b->mass_kg : b->inertia_kgm2[f - KL_ROLL]);
     return inertia * (double)rates[kl_body_state_index(m, body, f, 1)];
@@ -294,14 +294,14 @@ static void stop_gives_its_energy_back(void **state) {
     build(&v, &b);
     at_rest(&b.model, &x);
     put(&b.model, &x, 0, KL_Y, 1, speed);
-    kl_refresh(&b.model, &x);
-    const double first = (double)kl_energy(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
+    const double first = (double)kl_energy(&b.model, &x, work());
     double most = 0.0;
     double worst = 0.0;
     for (int i = 0; i < 20000; i++) {
         assert_int_equal(coast(&b.model, &x, 1, NULL), 0);
         most = fmax(most, (double)x.x[0]);
-        worst = fmax(worst, fabs((double)kl_energy(&b.model, &x) - first));
+        worst = fmax(worst, fabs((double)kl_energy(&b.model, &x, work()) - first));
     }
     const double kinetic = 0.5 * MASS * speed * speed;
     print_message("stop: %.6f m deep, by hand %.6f; energy within %.1e of it\n", most,
@@ -327,7 +327,7 @@ static void damper_follows_its_table(void **state) {
     build(&v, &b);
     at_rest(&b.model, &x);
     put(&b.model, &x, 0, KL_Y, 1, 0.5);
-    kl_refresh(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
     /* v + 1.9 falls with 2e3/m from 2.4 to 2.0; then v falls with 4e4/m */
     const double bend = MASS / 2e3 * log(2.4 / 2.0);
     for (int i = 1; i <= 400; i++) {
@@ -376,7 +376,7 @@ static void elastic_linkage_spreads_its_force(void **state) {
         wheelset_x(&b[i].model, &x, 1)[KL_WS_YAW] = (kl_real)psi;
         wheelset_x(&b[i].model, &x, 1)[KL_WS_YAW_RATE] = (kl_real)0.01;
         kl_input_init(&input);
-        kl_rates(&b[i].model, &x, &input, rates[i], NULL);
+        kl_rates(&b[i].model, &x, &input, rates[i], work());
     }
     const double f = -(3e5 * (y - 4.5 * psi) + 2e3 * (-4.5 * 0.01));
     const double want[2][2] = {{f, -4.5 * f}, {-f, -4.5 * f}};
@@ -410,10 +410,10 @@ static void rigid_linkage_holds_at_every_speed(void **state) {
             v.def.linkages = &steer;
             v.def.n_linkages = linked;
             build(&v, &b);
-            assert_int_equal(kl_init(&b.model, &x, 0, (kl_real)speeds[i]), KL_OK);
+            assert_int_equal(kl_init(&b.model, &x, 0, (kl_real)speeds[i], work()), KL_OK);
             put(&b.model, &x, 0, KL_Y, 1, 0.05);
             wheelset_x(&b.model, &x, 0)[KL_WS_Y_RATE] = (kl_real)0.05;
-            kl_refresh(&b.model, &x);
+            kl_refresh(&b.model, &x, work());
             most[linked] = 0.0;
             for (int k = 0; k < 4000; k++) {
                 assert_int_equal(coast(&b.model, &x, 1, NULL) & KL_FAULTS_HOLD, 0);
@@ -442,12 +442,12 @@ static double apart(struct vehicle *v, struct vehicle *w, double shift, double s
     double worst = 0.0;
     build(v, &a);
     build(w, &b);
-    assert_int_equal(kl_init(&a.model, &x, 0, (kl_real)speed), KL_OK);
-    assert_int_equal(kl_init(&b.model, &y, (kl_real)-shift, (kl_real)speed), KL_OK);
+    assert_int_equal(kl_init(&a.model, &x, 0, (kl_real)speed, work()), KL_OK);
+    assert_int_equal(kl_init(&b.model, &y, (kl_real)-shift, (kl_real)speed, work()), KL_OK);
     wheelset_x(&a.model, &x, 0)[KL_WS_Y] = (kl_real)2e-3;
     wheelset_x(&b.model, &y, 0)[KL_WS_Y] = (kl_real)2e-3;
-    kl_refresh(&a.model, &x);
-    kl_refresh(&b.model, &y);
+    kl_refresh(&a.model, &x, work());
+    kl_refresh(&b.model, &y, work());
     for (int i = 0; i < 8000; i++) {
         assert_int_equal(coast(&a.model, &x, 1, NULL) & KL_FAULTS_HOLD, 0);
         assert_int_equal(coast(&b.model, &y, 1, NULL) & KL_FAULTS_HOLD, 0);

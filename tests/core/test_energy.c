@@ -2,7 +2,7 @@
 #include "fixtures.h"
 
 static void start(const struct kl_model *m, struct kl_state *x, double speed) {
-    assert_int_equal(kl_init(m, x, 0, (kl_real)speed), KL_OK);
+    assert_int_equal(kl_init(m, x, 0, (kl_real)speed, work()), KL_OK);
     for (uint32_t w = 0; w < m->n_wheelsets; w++) {
         kl_real *q = wheelset_x(m, x, w);
         q[KL_WS_Y] = (kl_real)(w == 0 ? 1.5e-3 : -1e-3);
@@ -19,8 +19,8 @@ static void start(const struct kl_model *m, struct kl_state *x, double speed) {
 /* What the motion has beyond rest: the scale of every drift. */
 static double excess(const struct kl_model *m, const struct kl_state *x) {
     struct kl_state rest;
-    assert_int_equal(kl_init(m, &rest, x->s_m, x->speed_m_s), KL_OK);
-    return (double)kl_energy(m, x) - (double)kl_energy(m, &rest);
+    assert_int_equal(kl_init(m, &rest, x->s_m, x->speed_m_s, work()), KL_OK);
+    return (double)kl_energy(m, x, work()) - (double)kl_energy(m, &rest, work());
 }
 
 /* No creep forces: friction 0; no dampers. */
@@ -48,13 +48,13 @@ static double drift(struct vehicle *v, int64_t step_ns, double speed) {
     v->def.step_ns = step_ns;
     build(v, &b);
     start(&b.model, &x, speed);
-    const double first = (double)kl_energy(&b.model, &x);
+    const double first = (double)kl_energy(&b.model, &x, work());
     const double scale = excess(&b.model, &x);
     double worst = 0.0;
     assert_true(scale > 0.0);
     for (int64_t t = 0; t < 2000000000; t += step_ns) {
         assert_int_equal(coast(&b.model, &x, 1, NULL) & KL_FAULTS_HOLD, 0);
-        worst = fmax(worst, fabs((double)kl_energy(&b.model, &x) - first));
+        worst = fmax(worst, fabs((double)kl_energy(&b.model, &x, work()) - first));
     }
     unbuild(&b);
     return worst / scale;
@@ -98,11 +98,11 @@ static struct fall run_down(struct vehicle *v, int64_t step_ns, double speed) {
     build(v, &b);
     start(&b.model, &x, speed);
     const double scale = excess(&b.model, &x);
-    const double first = (double)kl_energy(&b.model, &x);
+    const double first = (double)kl_energy(&b.model, &x, work());
     double before = 0.0;
     for (int64_t i = 0; i < 5000000000 / step_ns; i++) {
         assert_int_equal(coast(&b.model, &x, 1, NULL) & KL_FAULTS_HOLD, 0);
-        const double now = ((double)kl_energy(&b.model, &x) - first) / scale;
+        const double now = ((double)kl_energy(&b.model, &x, work()) - first) / scale;
         fall.rise = fmax(fall.rise, now - before);
         fall.most = fmax(fall.most, now);
         before = now;

@@ -45,15 +45,15 @@ static void linearise(const struct kl_model *m, double speed, double a[MAX_N][MA
     kl_real up[KL_MAX_STATES];
     kl_real down[KL_MAX_STATES];
     const double d = 1e-6;
-    assert_int_equal(kl_init(m, &x, 0, (kl_real)speed), KL_OK);
+    assert_int_equal(kl_init(m, &x, 0, (kl_real)speed, work()), KL_OK);
     kl_input_init(&input);
     input.speed_m_s = (kl_real)speed;
     for (uint32_t j = 0; j < m->n_states; j++) {
         const kl_real kept = x.x[j];
         x.x[j] = kept + (kl_real)d;
-        kl_rates(m, &x, &input, up, NULL);
+        kl_rates(m, &x, &input, up, work());
         x.x[j] = kept - (kl_real)d;
-        kl_rates(m, &x, &input, down, NULL);
+        kl_rates(m, &x, &input, down, work());
         x.x[j] = kept;
         for (uint32_t i = 0; i < m->n_states; i++) {
             a[i][j] = (double)(up[i] - down[i]) / (2.0 * d);

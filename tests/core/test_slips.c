@@ -34,9 +34,9 @@ static void driver(struct vehicle *v, double omega, struct kl_slip_def slip) {
 }
 
 static void begin(const struct built *b, struct kl_state *x, double amplitude) {
-    assert_int_equal(kl_init(&b->model, x, 0, 0), KL_OK);
+    assert_int_equal(kl_init(&b->model, x, 0, 0, work()), KL_OK);
     x->x[0] = (kl_real)amplitude;
-    kl_refresh(&b->model, x);
+    kl_refresh(&b->model, x, work());
 }
 
 /* The force of the element in a state: k (d - u), within its limit. */
@@ -71,7 +71,7 @@ static void series_damper_answers_every_frequency(void **state) {
         const double q = omega * tau / (1.0 + omega * tau * omega * tau);
         const double w_cos = omega * tau * q; /* w = amplitude (w_cos cos - q sin) */
         x.x[b.model.n_states - 1] = (kl_real)(amplitude * (1.0 - w_cos));
-        kl_refresh(&b.model, &x);
+        kl_refresh(&b.model, &x, work());
         double in_phase = 0.0;
         double ahead = 0.0;
         for (int n = 1; n <= period; n++) {
@@ -105,7 +105,7 @@ static void any_ratio_is_stable(void **state) {
         build(&v, &b);
         begin(&b, &x, 0.0);
         x.x[1] = (kl_real)0.1;
-        kl_refresh(&b.model, &x);
+        kl_refresh(&b.model, &x, work());
         for (int n = 0; n < 5000; n++) {
             assert_int_equal(coast(&b.model, &x, 1, NULL), 0);
             assert_at_most(fabs((double)x.x[1]), 0.2);
@@ -161,7 +161,7 @@ static void friction_stops_a_swing(void **state) {
     build(&v, &b);
     begin(&b, &x, 5.25e-3);
     x.x[b.model.n_states - 1] = x.x[0];
-    kl_refresh(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
     double peak[4] = {0};
     int peaks = 0;
     for (int n = 0; n < 6000; n++) {
@@ -233,7 +233,7 @@ static void disturb(const struct kl_model *m, struct kl_state *x) {
     for (int f = 0; f < KL_FREEDOMS; f++) {
         x->x[kl_body_state_index(m, 0, (enum kl_freedom)f, 0)] = (kl_real)place[f];
     }
-    kl_refresh(m, x);
+    kl_refresh(m, x, work());
 }
 
 /* At standstill, without creep: passive elements only take. */
@@ -245,15 +245,15 @@ static void energy_never_grows(void **state) {
     equip(&v);
     v.wheelset[0].creep.friction = v.wheelset[1].creep.friction = 0;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 0), KL_OK);
-    const double rest = (double)kl_energy(&b.model, &x);
+    assert_int_equal(kl_init(&b.model, &x, 0, 0, work()), KL_OK);
+    const double rest = (double)kl_energy(&b.model, &x, work());
     disturb(&b.model, &x);
-    const double first = (double)kl_energy(&b.model, &x) - rest;
+    const double first = (double)kl_energy(&b.model, &x, work()) - rest;
     double least = first;
     double rise = 0.0;
     for (int n = 0; n < 8000; n++) {
         assert_int_equal(coast(&b.model, &x, 1, NULL) & KL_FAULTS_HOLD, 0);
-        const double now = (double)kl_energy(&b.model, &x) - rest;
+        const double now = (double)kl_energy(&b.model, &x, work()) - rest;
         rise = fmax(rise, now - least);
         least = fmin(least, now);
     }
@@ -284,7 +284,7 @@ static void converges_with_the_second_order(void **state) {
         v.wheelset[0].creep = v.wheelset[1].creep = constant_creep();
         v.def.step_ns = i < 3 ? 1000000 >> i : 15625;
         build(&v, &b);
-        assert_int_equal(kl_init(&b.model, &x, 0, 30), KL_OK);
+        assert_int_equal(kl_init(&b.model, &x, 0, 30, work()), KL_OK);
         disturb(&b.model, &x);
         const uint64_t steps = (uint64_t)(500000000 / v.def.step_ns);
         assert_int_equal(coast(&b.model, &x, steps, NULL), 0);
@@ -316,7 +316,7 @@ static void snapshots_hold_the_slips(void **state) {
     size_t used = 0;
     equip(&v);
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 20, work()), KL_OK);
     disturb(&b.model, &x);
     (void)coast(&b.model, &x, 500, NULL);
     const uint64_t before = kl_state_hash(&x);
@@ -349,12 +349,12 @@ static void actuators_push_where_they_are(void **state) {
     v.element[4].actuator = 3;
     v.def.n_elements = 5;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 20, work()), KL_OK);
     kl_input_init(&input);
     input.speed_m_s = 20;
-    kl_rates(&b.model, &x, &input, rates[0], NULL);
+    kl_rates(&b.model, &x, &input, rates[0], work());
     input.actuator_N[2] = 10000;
-    kl_rates(&b.model, &x, &input, rates[1], NULL);
+    kl_rates(&b.model, &x, &input, rates[1], work());
     const enum kl_freedom freedom[3] = {KL_Y, KL_ROLL, KL_YAW};
     const double want[3] = {1e4 / 37200.0, 0.75e4 / 34.4e3, 2e4 / 627e3};
     for (int i = 0; i < 3; i++) {
@@ -362,13 +362,13 @@ static void actuators_push_where_they_are(void **state) {
         assert_near((double)(rates[1][at] - rates[0][at]), want[i], 1e-12);
     }
     input.actuator_N[2] = (kl_real)NAN;
-    assert_int_equal(kl_step(&b.model, &x, &input, NULL), KL_FAULT_INPUT);
+    assert_int_equal(kl_step(&b.model, &x, &input, NULL, work()), KL_FAULT_INPUT);
     kl_clear_faults(&x);
     input.actuator_N[2] = (kl_real)2e7;
-    assert_int_equal(kl_step(&b.model, &x, &input, NULL), KL_FAULT_INPUT);
+    assert_int_equal(kl_step(&b.model, &x, &input, NULL, work()), KL_FAULT_INPUT);
     kl_clear_faults(&x);
     input.actuator_N[2] = (kl_real)1e4;
-    assert_int_equal(kl_step(&b.model, &x, &input, NULL), 0);
+    assert_int_equal(kl_step(&b.model, &x, &input, NULL, work()), 0);
     unbuild(&b);
 }
 

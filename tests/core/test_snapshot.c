@@ -28,7 +28,7 @@ static int tear_down(void **state) {
 }
 
 static void started(struct kl_state *x) {
-    assert_int_equal(kl_init(&model.model, x, 0, 25), KL_OK);
+    assert_int_equal(kl_init(&model.model, x, 0, 25, work()), KL_OK);
     assert_int_equal(coast(&model.model, x, 777, NULL), 0);
 }
 
@@ -57,6 +57,47 @@ static void restored_and_straight_runs_are_one(void **state) {
     }
 }
 
+/* Nothing that scratch holds reaches a state or an output, be it rubbish or another vehicle's. */
+static void scratch_means_nothing(void **state) {
+    (void)state;
+    static const unsigned char rubbish[] = {0x00, 0xff, 0x3c};
+    struct kl_state x[4];
+    struct kl_output o[4];
+    kl_real rates[2][KL_MAX_STATES];
+    struct kl_input input;
+    kl_input_init(&input);
+    input.speed_m_s = 30;
+    memset(o, 0, sizeof o);
+    for (int i = 0; i < 4; i++) {
+        memset(work(), rubbish[i % 3], sizeof(struct kl_work));
+        assert_int_equal(kl_init(&model.model, &x[i], 0, 25, work()), KL_OK);
+    }
+    assert_int_equal(coast(&model.model, &x[3], 500, NULL), 0); /* is elsewhere */
+    for (int step = 0; step < 2000; step++) {
+        for (int i = 0; i < 3; i++) {
+            memset(work(), rubbish[i], sizeof(struct kl_work));
+            assert_int_equal(kl_step(&model.model, &x[i], &input, &o[i], work()), 0);
+        }
+        assert_memory_equal(&x[0], &x[1], sizeof x[0]);
+        assert_memory_equal(&o[0], &o[1], sizeof o[0]);
+        assert_memory_equal(&x[0], &x[2], sizeof x[0]);
+        assert_int_equal(kl_step(&model.model, &x[3], &input, &o[3], work()), 0);
+        assert_int_equal(kl_step(&model.model, &x[2], &input, &o[2], work()), 0);
+        x[2] = x[0];
+    }
+    for (int i = 0; i < 2; i++) {
+        memset(work(), rubbish[i], sizeof(struct kl_work));
+        kl_rates(&model.model, &x[0], &input, rates[i], work());
+        memset(work(), rubbish[i], sizeof(struct kl_work));
+        kl_observe(&model.model, &x[0], &input, &o[i], work());
+        memset(work(), rubbish[i], sizeof(struct kl_work));
+        kl_refresh(&model.model, &x[i], work());
+    }
+    assert_memory_equal(rates[0], rates[1], x[0].n_states * sizeof(kl_real));
+    assert_memory_equal(&o[0], &o[1], sizeof o[0]);
+    assert_memory_equal(&x[0], &x[1], sizeof x[0]);
+}
+
 static void faults_travel_along(void **state) {
     (void)state;
     unsigned char bytes[KL_SNAPSHOT_SIZE];
@@ -67,7 +108,7 @@ static void faults_travel_along(void **state) {
     started(&x);
     kl_input_init(&input);
     input.speed_m_s = (kl_real)NAN;
-    kl_step(&model.model, &x, &input, NULL);
+    kl_step(&model.model, &x, &input, NULL, work());
     assert_int_equal(x.faults, KL_FAULT_INPUT);
     assert_int_equal(kl_snapshot(&model.model, &x, bytes, sizeof bytes, &used), KL_OK);
     assert_int_equal(kl_restore(&model.model, &y, bytes, used), KL_OK);
@@ -84,7 +125,7 @@ static void two_states_on_one_model(void **state) {
     struct kl_state b;
     started(&alone);
     a = alone;
-    assert_int_equal(kl_init(&model.model, &b, 100, 40), KL_OK);
+    assert_int_equal(kl_init(&model.model, &b, 100, 40, work()), KL_OK);
     for (int i = 0; i < 500; i++) {
         coast(&model.model, &alone, 1, NULL);
     }
@@ -205,6 +246,7 @@ static void hash_sees_every_bit(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(restored_and_straight_runs_are_one),
+        cmocka_unit_test(scratch_means_nothing),
         cmocka_unit_test(faults_travel_along),
         cmocka_unit_test(two_states_on_one_model),
         cmocka_unit_test(every_damaged_bit_is_refused),

@@ -186,7 +186,7 @@ static void every_border_is_found(void **state) {
     for (uint32_t i = 0; i < n; i++) {
         const double from = i % 2 ? 0.001 : 0.0;
         for (double t = 0.0001; t < 1.0; t += 0.4999) {
-            struct kl_track_point p;
+            struct kl_track_layout p;
             kl_track_layout_at(&track, (kl_real)(start[i] + t * ramps[i].length_m), &p);
             assert_near((double)p.curvature_1_m, from + t * (ramps[i].to - from), 1e-12);
         }

@@ -24,14 +24,17 @@ static const char *const column_name[COLUMNS] = {
 
 static void columns_of(const struct kl_output *o, double *column) {
     const struct kl_wheelset_output *w = &o->wheelset[0];
-    const struct kl_wheel_output *r = &w->wheel[KL_RIGHT];
-    const struct kl_wheel_output *l = &w->wheel[KL_LEFT];
-    const double values[COLUMNS] = {(double)w->y_m,        (double)w->yaw_rad,
-                                    (double)w->y_rate_m_s, (double)w->yaw_rate_rad_s,
-                                    (double)w->spin_rad_s, (double)r->tread.normal_N,
-                                    (double)l->tread.normal_N,   (double)r->tread.t1_N,
-                                    (double)l->tread.t1_N,       (double)r->tread.t2_N,
-                                    (double)l->tread.t2_N};
+    const double values[COLUMNS] = {(double)w->y_m,
+                                    (double)w->yaw_rad,
+                                    (double)w->y_rate_m_s,
+                                    (double)w->yaw_rate_rad_s,
+                                    (double)w->spin_rad_s,
+                                    (double)w->tread.normal_N[KL_RIGHT],
+                                    (double)w->tread.normal_N[KL_LEFT],
+                                    (double)w->tread.t1_N[KL_RIGHT],
+                                    (double)w->tread.t1_N[KL_LEFT],
+                                    (double)w->tread.t2_N[KL_RIGHT],
+                                    (double)w->tread.t2_N[KL_LEFT]};
     memcpy(column, values, sizeof values);
 }
 
@@ -48,13 +51,12 @@ static void compare_run(const char *law, int64_t step_ns, struct comparison *c) 
     struct kl_state x;
     struct kl_output o;
     struct kl_input input;
-    kl_real rates[KL_MAX_STATES];
     reference_wheelset(&v, strcmp(law, "she") == 0);
     v.def.step_ns = step_ns;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 30), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 30, work()), KL_OK);
     wheelset_x(&b.model, &x, 0)[KL_WS_Y] = (kl_real)3e-3;
-    kl_refresh(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
     kl_input_init(&input);
     input.speed_m_s = 30;
     for (int k = 0; k < COLUMNS; k++) {
@@ -74,7 +76,7 @@ static void compare_run(const char *law, int64_t step_ns, struct comparison *c) 
             assert_int_equal(coast(&b.model, &x, (uint64_t)(1000000 / step_ns), NULL), 0);
         }
         double got[COLUMNS];
-        kl_rates(&b.model, &x, &input, rates, &o);
+        kl_observe(&b.model, &x, &input, &o, work());
         columns_of(&o, got);
         for (int k = 0; k < COLUMNS; k++) {
             const double want = csv_named(&csv, column_name[k]);
@@ -127,9 +129,10 @@ static void motion_agrees_at_1_ms(void **state) {
 }
 
 static void compare_wheel(const struct csv *csv, const char *side,
-                          const struct kl_wheel_output *w) {
+                          const struct kl_contact_output *tread, int s) {
     const char *const force[] = {"N", "T1", "T2", "M3"};
-    const double got[] = {(double)w->tread.normal_N, (double)w->tread.t1_N, (double)w->tread.t2_N, (double)w->tread.m3_Nm};
+    const double got[] = {(double)tread->normal_N[s], (double)tread->t1_N[s],
+                          (double)tread->t2_N[s], (double)tread->m3_Nm[s]};
     const double tolerance[] = {2e-4 * 5e4, 1e-3 * 327.0, 1e-3 * 6300.0, 4e-3 * 7.0};
     for (int k = 0; k < 4; k++) {
         char column[32];
@@ -153,9 +156,9 @@ static void curving_agrees_with_the_reference(void **state) {
         v.pair[0].range_m = 0.012;
         endless_curve(&v, csv_named(&csv, "kappa_1_m"), csv_named(&csv, "cant_rad"));
         build(&v, &b);
-        assert_int_equal(kl_init(&b.model, &x, 0, 30), KL_OK);
+        assert_int_equal(kl_init(&b.model, &x, 0, 30, work()), KL_OK);
         wheelset_x(&b.model, &x, 0)[KL_WS_Y] = (kl_real)(0.8 * csv_named(&csv, "y_m"));
-        kl_refresh(&b.model, &x);
+        kl_refresh(&b.model, &x, work());
         assert_int_equal(coast(&b.model, &x, 20000, &o), 0);
         const struct kl_wheelset_output *w = &o.wheelset[0];
         assert_near((double)w->y_m, csv_named(&csv, "y_m"), 3e-4 * 5.7e-3);
@@ -163,8 +166,8 @@ static void curving_agrees_with_the_reference(void **state) {
         assert_near((double)w->spin_rad_s, csv_named(&csv, "spin_rad_s"), 1e-6 * 66.0);
         assert_near((double)w->z_m, csv_named(&csv, "z_m"), 0.04 * 1.4e-4);
         assert_near((double)w->roll_rad, csv_named(&csv, "phi_rad"), 3e-4 * 3.9e-4);
-        compare_wheel(&csv, "right", &w->wheel[KL_RIGHT]);
-        compare_wheel(&csv, "left", &w->wheel[KL_LEFT]);
+        compare_wheel(&csv, "right", &w->tread, KL_RIGHT);
+        compare_wheel(&csv, "left", &w->tread, KL_LEFT);
         unbuild(&b);
         rows++;
     }
@@ -224,9 +227,9 @@ static void wave_of(struct kl_pair_def pair) {
     const double want = 2.0 * PI * sqrt(g.radius_m * g.half_base_m / at_rail);
     free_wheelset(&v, pair);
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, 2), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, 2, work()), KL_OK);
     wheelset_x(&b.model, &x, 0)[KL_WS_Y] = (kl_real)1e-3;
-    kl_refresh(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
     const double got = wavelength(&b.model, &x, 4);
     print_message("wavelength %.5f m, Klingel %.5f m: %+.4f %%\n", got, want,
                   100.0 * (got / want - 1.0));
@@ -255,11 +258,11 @@ static void balance(const struct kl_model *model, struct kl_state *x) {
         kl_real at[KL_MAX_STATES];
         kl_real near[KL_MAX_STATES];
         double a[3][4];
-        kl_rates(model, x, &input, at, NULL);
+        kl_rates(model, x, &input, at, work());
         for (int j = 0; j < 3; j++) {
             const kl_real kept = q[unknown[j]];
             q[unknown[j]] = kept + (kl_real)step[j];
-            kl_rates(model, x, &input, near, NULL);
+            kl_rates(model, x, &input, near, work());
             q[unknown[j]] = kept;
             for (int i = 0; i < 3; i++) {
                 a[i][j] = (double)(near[known[i]] - at[known[i]]) / step[j];
@@ -289,7 +292,7 @@ static void balance(const struct kl_model *model, struct kl_state *x) {
         }
     }
     kl_real rest[KL_MAX_STATES];
-    kl_rates(model, x, &input, rest, NULL);
+    kl_rates(model, x, &input, rest, work());
     for (int i = 0; i < KL_WHEELSET_STATES; i++) {
         assert_near((double)rest[i], 0.0, 1e-7);
     }
@@ -311,7 +314,7 @@ static void rolling_line(void **state) {
             free_wheelset(&vehicle, pairs[i]);
             endless_curve(&vehicle, kappa, kappa * v * v / 9.81);
             build(&vehicle, &b);
-            assert_int_equal(kl_init(&b.model, &x, 0, (kl_real)v), KL_OK);
+            assert_int_equal(kl_init(&b.model, &x, 0, (kl_real)v, work()), KL_OK);
             balance(&b.model, &x);
             const double got = (double)wheelset_x(&b.model, &x, 0)[KL_WS_Y];
             print_message("rolls at %.5f mm, formula %.5f mm: %+.3f %%\n", 1e3 * got, 1e3 * want,
@@ -344,9 +347,9 @@ static double growth(double k_y, double k_yaw, double speed) {
     v.def.gravity_m_s2 = 0.0;
     v.def.step_ns = 250000;
     build(&v, &b);
-    assert_int_equal(kl_init(&b.model, &x, 0, (kl_real)speed), KL_OK);
+    assert_int_equal(kl_init(&b.model, &x, 0, (kl_real)speed, work()), KL_OK);
     wheelset_x(&b.model, &x, 0)[KL_WS_Y] = (kl_real)1e-4;
-    kl_refresh(&b.model, &x);
+    kl_refresh(&b.model, &x, work());
     coast(&b.model, &x, 12000, NULL);
     const double early = largest_y(&b.model, &x, 4000);
     coast(&b.model, &x, 20000, NULL);

@@ -20,6 +20,7 @@ extern const struct kl_model KL_FIRMWARE_MODEL;
 
 static struct kl_state state;
 static struct kl_output output;
+static struct kl_work work;
 
 static int hash_of_file(const char *path) {
     FILE *file = fopen(path, "rb");
@@ -80,14 +81,14 @@ int main(int argc, char **argv) {
         return hash_of_file(argv[2]);
     }
     kl_input_init(&input);
-    if (argc < 3 || kl_init(model, &state, 0, (kl_real)strtod(argv[1], NULL)) != KL_OK) {
+    if (argc < 3 || kl_init(model, &state, 0, (kl_real)strtod(argv[1], NULL), &work) != KL_OK) {
         (void)fprintf(stderr, "usage: twin SPEED_M_S STEPS [SPEED_M_S STEPS ...] | --state FILE\n");
         return 2;
     }
     for (int a = 1; a + 1 < argc; a += 2) {
         input.speed_m_s = (kl_real)strtod(argv[a], NULL);
         for (unsigned long i = strtoul(argv[a + 1], NULL, 10); i > 0; i--) {
-            (void)kl_step(model, &state, &input, &output);
+            (void)kl_step(model, &state, &input, &output, &work);
         }
     }
     printf("state %016" PRIx64 " bytes %zu\n", kl_state_hash(&state), sizeof state);

@@ -145,21 +145,21 @@ static uint64_t add_real(uint64_t hash, kl_real x) {
     return kl_hash_bytes(hash, bytes, sizeof bytes);
 }
 
-static uint64_t add_contact(uint64_t h, const struct kl_contact_output *c) {
-    const kl_real values[] = {c->normal_N, c->t1_N,      c->t2_N,        c->m3_Nm,
-                              c->gamma1,   c->gamma2,    c->omega3_1_m,  c->reduction,
-                              c->radius_m, c->delta_rad, c->eta_wheel_m, c->eta_rail_m,
-                              c->semi_a_m, c->semi_b_m};
+static uint64_t add_contact(uint64_t h, const struct kl_contact_output *c, int s) {
+    const kl_real values[] = {c->normal_N[s], c->t1_N[s],      c->t2_N[s],        c->m3_Nm[s],
+                              c->gamma1[s],   c->gamma2[s],    c->omega3_1_m[s],  c->reduction[s],
+                              c->radius_m[s], c->delta_rad[s], c->eta_wheel_m[s], c->eta_rail_m[s],
+                              c->semi_a_m[s], c->semi_b_m[s]};
     for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) {
         h = add_real(h, values[i]);
     }
     return h;
 }
 
-static uint64_t add_wheel(uint64_t h, const struct kl_wheel_output *w) {
-    h = add_real(add_real(h, w->q_N), w->y_N);
-    h = add_real(add_real(h, w->rise_m), w->rail_m);
-    return add_contact(add_contact(h, &w->tread), &w->flange);
+static uint64_t add_wheel(uint64_t h, const struct kl_wheelset_output *w, int s) {
+    h = add_real(add_real(h, w->q_N[s]), w->y_N[s]);
+    h = add_real(add_real(h, w->rise_m[s]), w->rail_m[s]);
+    return add_contact(add_contact(h, &w->tread, s), &w->flange, s);
 }
 
 static uint64_t add_output(uint64_t h, const struct kl_model *m, const struct kl_output *o) {
@@ -175,7 +175,7 @@ static uint64_t add_output(uint64_t h, const struct kl_model *m, const struct kl
         const struct kl_wheelset_output *s = &o->wheelset[w];
         h = add_real(add_real(add_real(h, s->z_m), s->roll_rad), s->force_y_N);
         h = add_real(add_real(h, s->y_acc_m_s2), s->z_acc_m_s2);
-        h = add_wheel(add_wheel(h, &s->wheel[KL_RIGHT]), &s->wheel[KL_LEFT]);
+        h = add_wheel(add_wheel(h, s, KL_RIGHT), s, KL_LEFT);
     }
     return h;
 }
@@ -214,7 +214,7 @@ static void trace(const char *name, const struct kl_model *m, const struct kl_ou
     for (uint32_t i = 0; i < m->n_wheelsets; i++) {
         const struct kl_wheelset_output *w = &o->wheelset[i];
         printf(" %.6f %.6f %.6f %.6f", 1e3 * (double)w->y_m, 1e3 * (double)w->yaw_rad,
-               1e-3 * (double)w->wheel[KL_RIGHT].q_N, 1e-3 * (double)w->force_y_N);
+               1e-3 * (double)w->q_N[KL_RIGHT], 1e-3 * (double)w->force_y_N);
     }
     for (uint32_t i = 0; i < m->n_bodies; i++) {
         const kl_real *at = o->body[i].position;
@@ -228,16 +228,17 @@ static int run_model(const char *name, const struct kl_model *model, const struc
                      unsigned most_steps) {
     static struct kl_output o;
     static struct kl_state x;
+    static struct kl_work work;
     struct kl_input input;
     const struct kl_output blank = {0};
     o = blank;
     if (kl_model_check(model) != KL_OK ||
-        kl_init(model, &x, (kl_real)run->from_m, (kl_real)run->speed_m_s) != KL_OK) {
+        kl_init(model, &x, (kl_real)run->from_m, (kl_real)run->speed_m_s, &work) != KL_OK) {
         printf("failed %s: model\n", name);
         return 1;
     }
     x.x[kl_wheelset_state_index(model, 0, KL_WS_Y)] += (kl_real)run->y_m;
-    kl_refresh(model, &x);
+    kl_refresh(model, &x, &work);
     kl_input_init(&input);
     print_columns(name, model);
     input.speed_m_s = (kl_real)run->target_m_s;
@@ -245,7 +246,7 @@ static int run_model(const char *name, const struct kl_model *model, const struc
     uint32_t faults = 0;
     unsigned steps = run->steps < most_steps ? run->steps : most_steps;
     for (unsigned i = 1; i <= steps; i++) {
-        faults = kl_step(model, &x, &input, &o);
+        faults = kl_step(model, &x, &input, &o, &work);
         streams.states = add_hash(streams.states, kl_state_hash(&x));
         streams.outputs = add_output(streams.outputs, model, &o);
         if (i % TRACE_EVERY == 0) {

@@ -21,6 +21,7 @@ struct bench {
     struct kl_state snapshot;
     struct kl_input input;
     struct kl_output output;
+    struct kl_work work;
     struct kl_vbus bus;
     struct kl_vbus_node ends[2]; /* 0 the node, 1 the bench */
     struct kl_can_frame node_ring[NODE_RING];
@@ -118,6 +119,7 @@ static inline struct bench *bench_new(void) {
                                         .input = &b->input,
                                         .output = &b->output,
                                         .snapshot = &b->snapshot,
+                                        .work = &b->work,
                                         .start_speed_m_s = 20};
     kl_vbus_join(&b->bus, &b->ends[0], b->node_ring, NODE_RING, &b->config.can);
     kl_vbus_join(&b->bus, &b->ends[1], b->bench_ring, BENCH_RING, &b->can);

@@ -80,7 +80,7 @@ static void a_restored_snapshot_runs_on_to_the_same_bits(void **state) {
     struct bench *b = bench_start();
     assert_int_equal(bench_ask(b, KL_COMMAND_RESTORE, 0), KL_ACK_NO_SNAPSHOT);
     b->state.x[kl_wheelset_state_index(&b->model, 0, KL_WS_Y)] = (kl_real)0.003;
-    kl_refresh(&b->model, &b->state);
+    kl_refresh(&b->model, &b->state, &b->work);
     bench_ask(b, KL_COMMAND_START, 0);
     bench_cycles(b, 100);
     assert_int_equal(bench_ask(b, KL_COMMAND_SNAPSHOT, 0), KL_ACK_DONE);

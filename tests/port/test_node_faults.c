@@ -13,7 +13,7 @@ static void start_displaced(struct bench *b) {
     b->config.start_running = true;
     assert_int_equal(kl_node_init(&b->node, &b->config), KL_OK);
     b->state.x[kl_wheelset_state_index(&b->model, 0, KL_WS_Y)] = (kl_real)0.002;
-    kl_refresh(&b->model, &b->state);
+    kl_refresh(&b->model, &b->state, &b->work);
 }
 
 static struct kl_state undisturbed(unsigned cycles) {

@@ -257,14 +257,14 @@ static void adhesion_is_creep_force_over_load(void **state) {
     static struct kl_output output;
     const struct kl_bus_view view = {.output = &output};
     const struct kl_signal *adhesion = find(KL_MSG_WHEEL_CREEP, "Adhesion");
-    struct kl_wheel_output *wheel = &output.wheelset[0].wheel[KL_LEFT];
+    struct kl_contact_output *tread = &output.wheelset[0].tread;
     struct kl_can_frame frame;
-    wheel->tread.t1_N = -3000;
-    wheel->tread.t2_N = 4000;
-    wheel->tread.normal_N = 50000;
+    tread->t1_N[KL_LEFT] = -3000;
+    tread->t2_N[KL_LEFT] = 4000;
+    tread->normal_N[KL_LEFT] = 50000;
     kl_message_encode(&kl_signal_messages()[KL_MSG_WHEEL_CREEP], 1, &view, NULL, &frame);
     assert_int_equal(kl_signal_extract(adhesion, frame.data), 5000); /* 0.1 in units of 2e-5 */
-    wheel->tread.normal_N = 0;
+    tread->normal_N[KL_LEFT] = 0;
     kl_message_encode(&kl_signal_messages()[KL_MSG_WHEEL_CREEP], 1, &view, NULL, &frame);
     assert_int_equal(kl_signal_extract(adhesion, frame.data), 0);
 }

@@ -20,6 +20,7 @@ extern const struct kl_model MODEL;
 
 static struct kl_state state;
 static struct kl_output output;
+static struct kl_work work;
 
 struct counted {
     uint32_t least;
@@ -42,7 +43,7 @@ static uint32_t overhead(void) {
 /* One step, counted unless it is the one that ends the motion: that does less. */
 static void count_one(struct counted *counted, const struct kl_input *input) {
     const uint32_t before = MPS2_SYSTICK_VALUE;
-    const uint32_t faults = kl_step(&MODEL, &state, input, &output);
+    const uint32_t faults = kl_step(&MODEL, &state, input, &output, &work);
     const uint32_t took = instructions(before, MPS2_SYSTICK_VALUE) - overhead();
     if ((faults & KL_FAULTS_HOLD) != 0) {
         return;
@@ -63,7 +64,7 @@ static int run(double speed_m_s, double friction, unsigned long steps) {
         input.friction_factor[i][KL_LEFT] = (kl_real)friction;
     }
     input.speed_m_s = (kl_real)(speed_m_s + 5.0);
-    if (kl_init(&MODEL, &state, (kl_real)50, (kl_real)speed_m_s) != KL_OK) {
+    if (kl_init(&MODEL, &state, (kl_real)50, (kl_real)speed_m_s, &work) != KL_OK) {
         return 1;
     }
     state.x[kl_wheelset_state_index(&MODEL, 0, KL_WS_Y)] = (kl_real)3e-3;

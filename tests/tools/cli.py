@@ -16,7 +16,7 @@ ARCS, DEMO, CURVE = "models/wickens_arcs.yaml", "models/demo_track.yaml", "model
 LINEAR = "tests/tools/fixtures/linear_two_axle.yaml"
 CREEP = "models/creep/contact.csv"
 COMMANDS = ("geometry", "conicity", "creep", "run", "modes", "bench", "hil", "dbc", "signals", "build", "critical", "curve",
-            "ride")
+            "ride", "sketch")
 
 
 def klingel(*arguments: object, timeout: float = 60, **more) -> subprocess.CompletedProcess:

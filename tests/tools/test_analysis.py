@@ -20,6 +20,7 @@ import numpy
 from cli import CURVE, DEMO, FREE, LINEAR, RESTRAINED, WAGON, klingel, output, rows
 
 BOGIE = "models/cooperrider_bogie.yaml"
+COACH = "models/manchester_vehicle1.yaml"
 
 
 class Critical(unittest.TestCase):
@@ -184,13 +185,49 @@ class Curve(unittest.TestCase):
             self.assertAlmostEqual(float(front["sum_y_N"]) + float(rear["sum_y_N"]), y, delta=1e-3)
 
     def test_left_and_right_are_mirrored(self) -> None:
-        right, left = (rows(output("curve", WAGON, f"--radius={r}", "--speed", "20", "--csv")) for r in (500, -500))
-        for a, b in zip(right, left):
-            scale = abs(float(a["y_m"])) + 1e-4
-            self.assertAlmostEqual(float(a["y_m"]), -float(b["y_m"]), delta=1e-6 * scale)
-            for column in ("q_N", "y_outward_N"):
-                for here, there in (("right", "left"), ("left", "right")):
-                    self.assertAlmostEqual(float(a[f"{here}_{column}"]), float(b[f"{there}_{column}"]), delta=0.1)
+        for model, radius in ((WAGON, 500), (WAGON, 250), (COACH, 300), ("models/articulated_train.yaml", 250)):
+            right, left = (rows(output("curve", model, "--radius", r, "--speed", "20", "--csv")) for r in (radius, -radius))
+            for a, b in zip(right, left, strict=True):
+                self.assertAlmostEqual(float(a["y_m"]), -float(b["y_m"]), delta=1e-9)
+                self.assertAlmostEqual(float(a["attack_rad"]), float(b["attack_rad"]), delta=1e-9)
+                for column in ("q_N", "y_outward_N", "flange_normal_N"):
+                    for here, there in (("right", "left"), ("left", "right")):
+                        self.assertAlmostEqual(float(a[f"{here}_{column}"]), float(b[f"{there}_{column}"]), delta=0.01)
+
+    def test_tight_curves_are_reached(self) -> None:
+        """R 250 to 300 m with cant deficiency and excess, at once, and over other curves: the same place, all balanced."""
+        models = (WAGON, COACH, "models/three_axle_linked.yaml", "models/forced_steering.yaml", "models/articulated_train.yaml",
+                  "models/articulated_single_axle.yaml")
+        for model in models:
+            for radius in (250, 300):
+                for deficiency in ("100mm", "-60mm"):
+                    common = ("--cant", "100mm", "--cant-deficiency", deficiency, "--csv")
+                    once = rows(output("curve", model, "--radius", radius, *common))
+                    over = [r for r in rows(output("curve", model, f"--radius=1000,400,{radius}", *common))
+                            if float(r["radius_m"]) == radius]
+                    weight = sum(float(r[f"{s}_q_N"]) for r in once for s in ("right", "left"))
+                    with self.subTest(model=model, radius=radius, deficiency=deficiency):
+                        for a, b in zip(once, over, strict=True):
+                            self.assertEqual(a["found"], "newton")
+                            self.assertLess(abs(float(a["lateral_N"])), 1e-6 * weight)
+                            self.assertLess(abs(float(a["vertical_N"])), 1e-6 * weight)
+                            self.assertAlmostEqual(float(a["y_m"]), float(b["y_m"]), delta=1e-4)  # jumps: more than one
+
+    def test_where_there_is_none(self) -> None:
+        """Without flanges a stiff vehicle slides off its tread: said with the reason, exit status 1, others kept."""
+        done = klingel("curve", "models/three_axle.yaml", "--radius", "1500,250", "--cant-deficiency", "100mm")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no steady running in 1 of 2 curves", done.stderr)
+        self.assertRegex(done.stdout, r"followed from straight track to R = \d+ m, beyond which front leaves its contact table")
+        done = klingel("curve", "models/three_axle.yaml", "--radius", "1500,250", "--cant-deficiency", "100mm", "--csv")
+        self.assertEqual((done.returncode, len(rows(done.stdout))), (1, 3))
+        self.assertIn("R = 250 m: no steady running", done.stderr)
+
+    def test_unstable_state_is_said(self) -> None:
+        """Slower than its critical speed of 75.29 m/s (Wickens) the restrained wheelset stays, faster it does not."""
+        for speed, says in ((75, False), (75.6, True)):
+            text = output("curve", RESTRAINED, "--radius", 20000, "--speed", speed, "--cant", 0)
+            self.assertEqual("UNSTABLE" in text, says)
 
     def test_agrees_with_a_run(self) -> None:
         """Simulated through a transition into the curve until it is steady: the same place, the same forces."""

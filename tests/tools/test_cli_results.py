@@ -397,5 +397,36 @@ class Hil(unittest.TestCase):
                                 "--time", "0.1", "--priority", "0").count("bus: socketcand"), 1)
 
 
+class Forces(unittest.TestCase):
+    RUN = ("run", "models/manchester_vehicle1.yaml", "--speed", "20", "--time", "0.02", "--csv", "--every", "10")
+
+    def test_columns_of_elements(self) -> None:
+        """The body 30 mm aside: 160 kN/m in each airspring, and 600 N in the bump stop, whose table says so (Iwnicki 1998)."""
+        first = rows(output(*self.RUN, "--initial", "body.y=30mm", "--forces", "airspring_front", "--forces", "bump_stop_front"))[0]
+        for side in ("r", "l"):
+            self.assertAlmostEqual(float(first[f"airspring_front_{side}_y_N"]), 4800, delta=1e-6)
+        self.assertAlmostEqual(float(first["bump_stop_front_stop_N"]), 600, delta=1e-6)
+        self.assertFalse([c for c in first if c.startswith(("airspring_rear", "primary"))])
+
+    def test_all(self) -> None:
+        """Nothing else changes; every element has columns: x, y, z and their dampers are one each."""
+        plain, all_of_them = (rows(output(*self.RUN, *more)) for more in ((), ("--forces", "all")))
+        for a, b in zip(plain, all_of_them, strict=True):
+            self.assertEqual(a, {c: b[c] for c in a})
+        self.assertEqual(len(all_of_them[0]) - len(plain[0]), 8 * 3 + 4 * 4 + 2 + 2)
+        linked = rows(output("run", "models/three_axle_linked.yaml", *self.RUN[2:], "--forces", "shear_front",
+                             "--initial", "front.y=1mm"))[0]
+        self.assertAlmostEqual(float(linked["shear_front_N"]), 2000, delta=1e-6)  # 2 MN/m
+
+    def test_refusals(self) -> None:
+        for more, reason in ((("--forces", "airspring_frond"), "did you mean airspring_front"),
+                             (("--forces", "nothing_like_it_at_all"), "has no such element or linkage")):
+            done = klingel(*self.RUN, *more)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(reason, done.stderr)
+        done = klingel(*self.RUN[:6], "--forces", "all")
+        self.assertIn("--forces needs --csv", done.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -218,6 +218,17 @@ class Page(Conicity):
         for name in ("contact_geometry_contact.png", "contact_geometry_en15302.png"):
             self.assertGreater((self.folder / name).stat().st_size, 50_000)
 
+    def test_measured_profiles(self) -> None:
+        """The same for what scatter of the points does to contact, creep coefficients and conicity."""
+        done = subprocess.run(["/usr/bin/python3", "-B", "docs/measured_profiles.py", "--klingel", str(KLINGEL), "--spacing", "0.2"],
+                              cwd=ROOT, capture_output=True, text=True, timeout=120, check=True)
+        page = (ROOT / "docs/contact_geometry.md").read_text()
+        printed = done.stdout.splitlines()[-1].split()[1:]
+        stated = next(line for line in page.splitlines() if line.startswith("| 0.2 mm |")).split("|")[2:-1]
+        for one, other in zip(printed, stated, strict=True):
+            digits = len(other.split()[0].partition(".")[2])
+            self.assertAlmostEqual(float(one), float(other.split()[0]), delta=1.001 * 10.0 ** -digits)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -159,15 +159,16 @@ static void run(const char *vehicle, uint32_t disturbed, struct kl_state *x) {
     struct model_file mf;
     struct kl_model model;
     struct kl_input input;
+    static struct kl_work work;
     assert_int_equal(model_file_load(&mf, vehicle, "models/curve_r600.yaml", stderr), 0);
     assert_int_equal(model_file_build(&mf, &model, stderr), 0);
-    assert_int_equal(kl_init(&model, x, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&model, x, 0, 20, &work), KL_OK);
     x->x[kl_wheelset_state_index(&model, disturbed, KL_WS_Y)] = (kl_real)2e-3;
-    kl_refresh(&model, x);
+    kl_refresh(&model, x, &work);
     kl_input_init(&input);
     input.speed_m_s = 20;
     for (int i = 0; i < 5000; i++) {
-        assert_int_equal(kl_step(&model, x, &input, NULL), 0);
+        assert_int_equal(kl_step(&model, x, &input, NULL, &work), 0);
     }
     model_file_free(&mf);
 }

@@ -78,6 +78,16 @@ class Textbook(unittest.TestCase):
         for speed, values in modes(LINEAR, "0.5:150:6.5", *bending(0)).items():
             self.assertGreater(max(v.real for v in values), 1e-6, speed)
 
+    def test_independent_wheels_neither_hunt_nor_steer(self) -> None:
+        """Wickens: without the couple of longitudinal creep there is no hunting, and none of its steering in a curve."""
+        car = "models/independent_wheels.yaml"
+        for speed, values in modes(car, "2:100:14").items():
+            swinging = [v for v in values if abs(v.imag) > 1e-3]
+            self.assertLess(max(v.real for v in swinging), 0.0, speed)
+        for row in rows(output("curve", car, "--radius=1000", *BALANCED, "--csv")):
+            for side in ("right", "left"):
+                self.assertAlmostEqual(float(row[f"{side}_t1_N"]), 0.0, delta=1.0)
+
     def test_bending_stiffness_trades_steering_for_stability(self) -> None:
         attack, speed = [], []
         for k in (0.3e6, 0.6e6, 1e6):
@@ -213,9 +223,54 @@ class Coach(unittest.TestCase):
                         self.assertLess(off(f"{w}_{side}_{force}"), 0.03, (w, side, force))
 
 
+class Wheelsets(unittest.TestCase):
+    """At a walking pace a wheelset follows the kinematic wave; gravity and inertia count for nothing."""
+
+    def wavelength(self, model: str) -> float:
+        return 2 * math.pi / max(v.imag for v in modes(f"models/{model}.yaml", "1:1:1")[1.0])
+
+    def linear(self, model: str) -> dict[str, float]:
+        text = output("geometry", f"models/{model}.yaml")
+        return {key: float(value) for key, value in re.findall(r"^  (\S+) +([-\d.]+) ", text, re.M)}
+
+    def test_klingel(self) -> None:
+        """Klingel 1883: 2 pi sqrt(r0 l/lambda)."""
+        self.assertAlmostEqual(self.wavelength("free_wheelset") / 10.757, 1.0, delta=2e-4)
+
+    def test_cones(self) -> None:
+        """Wickens 2.3: 2 pi sqrt(r0 l/(lambda (1 - r0 delta0/l))) with delta0 = 0.05, and 0.052639 for lambda = dr/du_y."""
+        self.assertAlmostEqual(self.linear("free_wheelset_cones")["lambda0"], 0.052639, delta=2e-6)
+        formula = 2 * math.pi * math.sqrt(0.45 * 0.7452 / (0.052639 * (1 - 0.45 * 0.05 / 0.7452)))
+        self.assertAlmostEqual(self.wavelength("free_wheelset_cones") / formula, 1.0, delta=1e-3)
+
+    def test_arcs(self) -> None:
+        """Wickens 2.3 prints lambda0 = 0.1144, epsilon0 = 6.42 for his worn profiles."""
+        for model in ("free_wheelset_arcs", "wickens_arcs"):
+            self.assertAlmostEqual(self.linear(model)["lambda0"], 0.1144, delta=1e-4)
+            self.assertAlmostEqual(self.linear(model)["epsilon0"], 6.42, delta=0.01)
+        self.assertAlmostEqual(critical("models/free_wheelset_arcs.yaml", "15:16"), 15.57, delta=0.01)
+
+
 class Regression(unittest.TestCase):
+    def test_readme_says_the_same(self) -> None:
+        """The figures of models/README.md are those of tests/reference/models.csv, rounded."""
+        table = (ROOT / "models/README.md").read_text()
+        leading: dict[str, dict[str, str]] = {}
+        for row in reference("models.csv"):
+            if row["wheelset"] == "turned_rear":  # leads, after the other in the file
+                leading[row["model"]] = row
+            leading.setdefault(row["model"], row)
+        for model, row in leading.items():
+            said = re.search(rf"`{model}\.yaml` \|.*\|.*\| (.*) \|$", table, re.M).group(1)
+            self.assertIn(f"critical speed {float(row['critical_m_s']):.2f} m/s", said, model)
+            self.assertIn(f"R {row['radius_m']} m: ", said, model)
+            self.assertIn(f"{1e3 * float(row['y_m']):.2f} mm", said, model)
+            self.assertIn(f"{1e3 * float(row['attack_rad']):.2f} mrad", said, model)
+            if "Y/Q" in said:
+                self.assertAlmostEqual(float(re.search(r"Y/Q ([\d.]+)", said).group(1)), float(row["outer_y_q"]), delta=5.1e-4)
+
     def test_every_model(self) -> None:
-        """tests/reference/models.csv; critical speeds to 0.02 %, places to 0.01 mm, forces to 50 N."""
+        """tests/reference/models.csv; critical speeds to 0.02 %, places to 0.01 mm, forces to 50 N, Y/Q to 0.001."""
         table: dict[str, list[dict[str, str]]] = {}
         for row in reference("models.csv"):
             table.setdefault(row["model"], []).append(row)
@@ -227,6 +282,8 @@ class Regression(unittest.TestCase):
                 self.assertAlmostEqual(new["y_m"], float(old["y_m"]), delta=1e-5, msg=(model, old["wheelset"]))
                 self.assertAlmostEqual(new["attack_rad"], float(old["attack_rad"]), delta=1e-5, msg=model)
                 self.assertAlmostEqual(new["sum_y_N"], float(old["sum_y_N"]), delta=50, msg=model)
+                self.assertAlmostEqual(new["left_q_N"], float(old["outer_q_N"]), delta=50, msg=model)
+                self.assertAlmostEqual(new["left_y_q"], float(old["outer_y_q"]), delta=1e-3, msg=model)
 
     def test_train_runs_like_its_coach(self) -> None:
         """Each coach of the train on smooth track as the coach alone: its couplings are soft; first wheelset within 0.3 mm."""

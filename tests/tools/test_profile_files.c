@@ -196,6 +196,31 @@ static void test_canted_file(void **state) {
     model_file_free(&mf);
 }
 
+/* Nothing above the two sides but what places them. */
+static void test_sides_of_their_own(void **state) {
+    (void)state;
+    struct model_file mf;
+    assert_int_equal(model_file_load(&mf, FOLDER "profile_sides.yaml", NULL, stderr), 0);
+    const struct kl_pair_def *pair = &mf.vehicle.pairs[0];
+    assert_true(pair->wheel[KL_RIGHT].radius_m == 0.458 && pair->wheel[KL_LEFT].radius_m == 0.457);
+    assert_true(pair->wheel[KL_RIGHT].profile.smoothing_m > 0.0);
+    assert_true(pair->wheel[KL_LEFT].profile.smoothing_m == 0.0);
+    for (int s = 0; s < KL_SIDES; s++) {
+        assert_true(fabs(pair->wheel[s].half_spacing_m - 0.75) < 1e-15);
+    }
+    assert_true(fabs(pair->rail[KL_RIGHT].cant_rad - atan(1.0 / 40.0)) < 1e-15);
+    assert_true(fabs(pair->rail[KL_LEFT].cant_rad - (atan(1.0 / 20.0) - atan(1.0 / 40.0))) < 1e-15);
+    struct kl_model model;
+    build(&mf, &model);
+    const struct kl_row *rows[KL_SIDES];
+    for (int s = 0; s < KL_SIDES; s++) {
+        rows[s] = &model.pairs[0].side[s].rows[model.pairs[0].half];
+    }
+    const double by_radius = (double)(rows[KL_RIGHT]->radius_m - rows[KL_LEFT]->radius_m);
+    assert_true(fabs(by_radius - 1e-3) < 2e-4); /* the contacts are not at the tape circle */
+    model_file_free(&mf);
+}
+
 /* A wheel's zero is its tape circle, whatever height its file gives it. */
 static void is_zero_at_the_tape_circle(const struct kl_profile_def *def) {
     for (uint32_t i = 0; i < def->n_points; i++) {
@@ -217,6 +242,62 @@ static void test_height_of_the_tape_circle(void **state) {
     write_profile(".txt", wheel, sizeof wheel - 1);
     r.axes = PROFILE_INBOARD_UP;
     assert_int_equal(read_profile(name, r, is_zero_at_the_tape_circle), 0);
+}
+
+/* ---- axes that nobody states ---- */
+
+/* A tread of 1:20 with 28 mm of flange, 8 points, with either axis turned and moved by `shift_mm`. */
+static size_t flanged(char *text, double across, double down, double shift_mm) {
+    static const double points[][2] = {{-60, -3}, {-40, -2}, {-20, -1}, {0, 0},
+                                       {20, 1.5}, {35, 5},   {40, 18},  {50, 28}};
+    size_t used = 0;
+    for (size_t i = 0; i < sizeof points / sizeof points[0]; i++) {
+        used += (size_t)sprintf(text + used, "%g %g\n", across * (points[i][0] - shift_mm),
+                                down * points[i][1]);
+    }
+    return used;
+}
+
+/* The flange is inboard and down. */
+static void is_flanged(const struct kl_profile_def *def) {
+    assert_int_equal(def->n_points, 8);
+    assert_true(fabs(def->eta_m[0] + 0.06) < 1e-12 && fabs(def->eta_m[7] - 0.05) < 1e-12);
+    assert_true(fabs(def->zeta_m[7] - 0.028) < 1e-12);
+}
+
+static void test_flange_tells_the_axes(void **state) {
+    (void)state;
+    char text[400];
+    char name[80];
+    snprintf(name, sizeof name, "%s.whl", path);
+    for (int turn = 0; turn < 8; turn++) {
+        const double across = turn & 1 ? -1.0 : 1.0;
+        const double down = turn & 2 ? -1.0 : 1.0;
+        struct profile_request r = wheel_request();
+        r.flange_m = turn & 4 ? 0.07 : 0.0; /* measured from the flange back */
+        const size_t size = flanged(text, across, down, 1e3 * r.flange_m);
+        write_profile(".whl", text, size);
+        assert_int_equal(read_profile(name, r, is_flanged), 0);
+        r.axes = across > 0.0 ? (down > 0.0 ? PROFILE_INBOARD_DOWN : PROFILE_INBOARD_UP)
+                              : (down > 0.0 ? PROFILE_OUTBOARD_DOWN : PROFILE_OUTBOARD_UP);
+        assert_int_equal(read_profile(name, r, is_flanged), 0); /* as stated */
+        r.axes = across < 0.0 ? PROFILE_INBOARD_DOWN : PROFILE_OUTBOARD_UP;
+        assert_int_equal(read_profile(name, r, NULL), -1); /* stated wrongly */
+    }
+}
+
+/* Nothing tells on which side the gauge corner is. */
+static void test_rails_need_axes(void **state) {
+    (void)state;
+    struct profile_request r = wheel_request();
+    r.wheel = false;
+    refused(
+        ".ban", r, "-30 3\n-20 1\n-10 .2\n0 0\n10 .2\n20 1\n30 3\n33 5\n",
+        ": needs axes: inboard_down or outboard_down; the points do not tell the gauge corner's "
+        "side");
+    refused(
+        ".ban", r, "-30 -3\n-20 -1\n-10 -.2\n0 0\n10 -.2\n20 -1\n30 -3\n33 -5\n",
+        ": needs axes: inboard_up or outboard_up; the points do not tell the gauge corner's side");
 }
 
 /* ---- what bad files are told ---- */
@@ -333,8 +414,9 @@ static void test_wrong_requests(void **state) {
     char name[80];
     snprintf(name, sizeof name, "%s.whl", path);
     assert_int_equal(read_profile(name, r, NULL), -1);
-    assert_non_null(
-        strstr(said, "needs axes: inboard_down, inboard_up, outboard_down or outboard_up"));
+    assert_non_null(strstr(
+        said, "needs axes: inboard_down, inboard_up, outboard_down or outboard_up; no flange "
+              "more than 8 mm below the tape circle tells which"));
     r.axes = PROFILE_INBOARD_DOWN;
     r.unit_m = 1.0;
     assert_int_equal(read_profile(name, r, NULL), -1);
@@ -463,7 +545,10 @@ int main(void) {
         cmocka_unit_test(test_fixtures_are_what_the_script_writes),
         cmocka_unit_test(test_places),
         cmocka_unit_test(test_canted_file),
+        cmocka_unit_test(test_sides_of_their_own),
         cmocka_unit_test(test_height_of_the_tape_circle),
+        cmocka_unit_test(test_flange_tells_the_axes),
+        cmocka_unit_test(test_rails_need_axes),
         cmocka_unit_test(test_bad_columns),
         cmocka_unit_test(test_bad_simpack),
         cmocka_unit_test(test_bad_miniprof),

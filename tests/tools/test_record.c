@@ -77,7 +77,7 @@ struct loop {
 
 static void begin(struct loop *l, uint64_t every, uint64_t words) {
     memset(l, 0, sizeof *l);
-    assert_int_equal(kl_init(&m.model, &l->state, 0, 20), KL_OK);
+    assert_int_equal(kl_init(&m.model, &l->state, 0, 20, cli_work()), KL_OK);
     kl_input_init(&l->input);
     l->input.speed_m_s = 20;
     l->node.config.state = &l->state;
@@ -94,7 +94,7 @@ static void step(struct loop *l, unsigned i) {
     l->input.friction_factor[1][KL_LEFT] = (kl_real)(i % 50 < 25 ? 1.0 : 0.3);
     l->input.side_force_N[0] = (kl_real)(1e3 * (double)(i % 13) / 7.0);
     hil_record_told(&l->record, KL_NODE_STEP, &l->node);
-    kl_step(&m.model, &l->state, &l->input, NULL);
+    kl_step(&m.model, &l->state, &l->input, NULL, cli_work());
 }
 
 static enum replay_result replay_all(struct replay *p, bool until_end) {
@@ -142,7 +142,7 @@ static void test_replaced_states(void **unused) {
             kept = l.state;
         }
         if (i == 200 || i == 300) {
-            assert_int_equal(kl_init(&m.model, &l.state, 5, 10), KL_OK);
+            assert_int_equal(kl_init(&m.model, &l.state, 5, 10, cli_work()), KL_OK);
             hil_record_told(&l.record, KL_NODE_REPLACED, &l.node);
             l.state = kept;
             hil_record_told(&l.record, KL_NODE_REPLACED, &l.node);
@@ -150,7 +150,7 @@ static void test_replaced_states(void **unused) {
         step(&l, i);
         hil_record_drain(&l.record);
     }
-    assert_int_equal(kl_init(&m.model, &l.state, 7, 11), KL_OK);
+    assert_int_equal(kl_init(&m.model, &l.state, 7, 11, cli_work()), KL_OK);
     hil_record_told(&l.record, KL_NODE_REPLACED, &l.node);
     assert_int_equal(hil_record_close(&l.record, &l.state), CLI_OK);
     (void)replay_all(&p, true);

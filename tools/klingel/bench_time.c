@@ -40,18 +40,18 @@ static void begin(struct bench_run *run, const struct bench_vehicle *vehicle) {
     kl_input_init(&run->input);
     run->input.speed_m_s = (kl_real)vehicle->speed_m_s;
     (void)kl_init(vehicle->model, &run->start, (kl_real)vehicle->start_m,
-                  (kl_real)vehicle->speed_m_s);
+                  (kl_real)vehicle->speed_m_s, cli_work());
     if (vehicle->displaced) {
         for (uint32_t w = 0; w < vehicle->model->n_wheelsets; w++) {
             run->start.x[kl_wheelset_state_index(vehicle->model, w, KL_WS_Y)] = (kl_real)1e-3;
         }
-        kl_refresh(vehicle->model, &run->start);
+        kl_refresh(vehicle->model, &run->start, cli_work());
     }
     run->state = run->start;
 }
 
 static void step(struct bench_run *run) {
-    kl_step(run->vehicle->model, &run->state, &run->input, &run->output);
+    kl_step(run->vehicle->model, &run->state, &run->input, &run->output, cli_work());
 }
 
 /* Between measurements: back to the start of the track in time. */

@@ -36,6 +36,7 @@ int cmd_replay(int argc, char **argv);
 int cmd_ride(int argc, char **argv);
 int cmd_run(int argc, char **argv);
 int cmd_signals(int argc, char **argv);
+int cmd_sketch(int argc, char **argv);
 
 /* ---- errors ---- */
 
@@ -192,6 +193,8 @@ int cli_model_endless(struct cli_model *m, double curvature_1_m, double cant_rad
 /* What curvature and cant are at `s_m` of the track that was loaded; builds m->model. Frees `m` if
  * that fails. */
 int cli_model_layout(struct cli_model *m, double s_m, double *curvature_1_m, double *cant_rad);
+/* Scratch for all vehicles that the command's one stepping thread steps. */
+struct kl_work *cli_work(void);
 /* Another time step than the file's, before a build; NAN leaves it. CLI_OK or CLI_USAGE (printed). */
 int cli_model_step(struct cli_model *m, double step_s);
 void cli_model_close(struct cli_model *m);

@@ -20,6 +20,11 @@ static bool is_printable(const char *path) {
     return true;
 }
 
+struct kl_work *cli_work(void) {
+    static struct kl_work work;
+    return &work;
+}
+
 int cli_model_load(struct cli_model *m, const struct cli_target *target) {
     memset(m, 0, sizeof *m);
     if (!is_printable(target->vehicle) || !is_printable(target->track)) {
@@ -58,7 +63,7 @@ int cli_model_endless(struct cli_model *m, double curvature_1_m, double cant_rad
 }
 
 int cli_model_layout(struct cli_model *m, double s_m, double *curvature_1_m, double *cant_rad) {
-    struct kl_track_point here;
+    struct kl_track_layout here;
     int status = cli_model_build(m);
     if (status == CLI_OK) {
         kl_track_layout_at(&m->model.track, (kl_real)s_m, &here);

@@ -120,13 +120,14 @@ static int take(const struct cli_option *option, const char *text) {
 
 /* ---- the line ---- */
 
-/* True if `next` can be the value of an option and is not an option itself; numbers may be
- * negative. */
+/* True if `next` can be the value of an option and is not an option itself; numbers, and lists of
+ * them, may be negative. */
 static bool is_value(const struct cli_option *option, const char *next) {
     if (next == NULL || strncmp(next, "--", 2) == 0) {
         return false;
     }
-    bool number = option->kind == CLI_NUMBER || option->kind == CLI_COUNT;
+    bool number = option->kind == CLI_NUMBER || option->kind == CLI_COUNT ||
+                  strspn(next + 1, "0123456789.") > 0;
     return next[0] != '-' || next[1] == '\0' || number;
 }
 

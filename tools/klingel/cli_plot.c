@@ -127,6 +127,9 @@ void cli_plot_panel(struct cli_plot *plot, const struct cli_plot_panel *panel) {
     put_key(plot->json, "y_label", panel->y_label);
     put_range(plot->json, "x_range", panel->x_low, panel->x_high);
     put_range(plot->json, "y_range", panel->y_low, panel->y_high);
+    if (panel->sheet_mm > 0.0) {
+        fprintf(plot->json, ", \"sheet_mm\": [%.12g, %.12g]", CLI_PLOT_WIDTH_MM, panel->sheet_mm);
+    }
     fputs(", \"items\": [", plot->json);
     plot->panel = true;
     plot->content = false;
@@ -167,6 +170,24 @@ void cli_plot_text(struct cli_plot *plot, enum cli_plot_colour colour, double x,
     put_array(plot->json, "at", (const double[]){x, y}, 2, 1);
     put_key(plot->json, "text", text);
     fputc('}', plot->json);
+}
+
+void cli_plot_fill(struct cli_plot *plot, const struct cli_plot_style *style, const double *x,
+                   const double *y, size_t n) {
+    put_style(plot, "fill", style);
+    put_array(plot->json, "x", x, n, 1);
+    put_array(plot->json, "y", y, n, 1);
+    fputc('}', plot->json);
+}
+
+void cli_plot_word(struct cli_plot *plot, enum cli_plot_colour colour,
+                   const struct cli_plot_word *word) {
+    const struct cli_plot_style style = {.colour = colour};
+    put_style(plot, "word", &style);
+    put_array(plot->json, "at", (const double[]){word->x, word->y}, 2, 1);
+    put_key(plot->json, "text", word->text);
+    fprintf(plot->json, ", \"points\": %.12g, \"align\": \"%c\", \"boxed\": %s}", word->points,
+            word->align, word->boxed ? "true" : "false");
 }
 
 /* ---- drawing ---- */

@@ -9,7 +9,7 @@
  *
  *     cli_plot_open     then any number of
  *     cli_plot_panel      a panel in the grid, and what is in it, drawn in this order:
- *     cli_plot_line, _rays, _mark, _text
+ *     cli_plot_line, _rays, _mark, _text, _fill, _word
  *     cli_plot_close    draws, always to be called once open succeeded
  *
  * Numbers are in the unit that the axis label names. Not finite: a gap in the line.
@@ -31,6 +31,8 @@ enum cli_plot_colour {
     CLI_PLOT_INK,  /* profiles, reference */
     CLI_PLOT_QUIET /* what is only there for orientation */
 };
+
+#define CLI_PLOT_WIDTH_MM 279.4 /* of every picture; WIDTH_IN of style.py */
 
 enum cli_plot_pen { CLI_PLOT_SOLID = 0, CLI_PLOT_DASHED, CLI_PLOT_DOTTED, CLI_PLOT_POINTS };
 
@@ -54,6 +56,9 @@ struct cli_plot_panel {
     bool y_down; /* grows downwards, as z does */
     bool x_log;  /* logarithmic; what is not positive is not shown */
     bool y_log;
+    double
+        sheet_mm; /* not 0: no axes, but a sheet of paper as wide as the picture and so high, drawn
+                        on in mm from its lower left corner; the only panel */
     double x_low; /* range of x; both 0: as the data */
     double x_high;
     double y_low; /* range of y, likewise */
@@ -94,6 +99,22 @@ void cli_plot_mark(struct cli_plot *plot, const struct cli_plot_style *style, ch
 /* A word centred at a place of the panel. */
 void cli_plot_text(struct cli_plot *plot, enum cli_plot_colour colour, double x, double y,
                    const char *text);
+
+/* A closed polygon of n corners in a pale tone of the colour, without an edge. */
+void cli_plot_fill(struct cli_plot *plot, const struct cli_plot_style *style, const double *x,
+                   const double *y, size_t n);
+
+/* A word of a size and place of its own. */
+struct cli_plot_word {
+    const char *text;
+    double x;
+    double y;
+    double points; /* height of the type */
+    char align;    /* 'l': begins there, 'c': centred, 'r': ends there */
+    bool boxed;    /* in a white circle with a rim of the colour */
+};
+void cli_plot_word(struct cli_plot *plot, enum cli_plot_colour colour,
+                   const struct cli_plot_word *word);
 
 /* Draws and waits; `status` is what the command has come to. The picture is kept only where that is
  * 0 and all went well. Returns the status, or CLI_FAILED (printed). About a second. */

@@ -104,11 +104,28 @@ static int make_case(const struct arguments *a, double radius_m, double gravity_
 
 struct job {
     struct cli_model m;
-    struct modes_names names;
+    struct curve_bench bench; /* large */
     size_t n;
     double radius[MOST_CASES];
     struct curve_result *result;
 };
+
+static int find_one(struct job *job, const struct arguments *a, size_t i,
+                    const struct curve_result **before) {
+    struct curve_case at;
+    const double gravity = job->m.file.vehicle.gravity_m_s2;
+    struct curve_result *r = &job->result[i];
+    int status = make_case(a, job->radius[i], gravity > 0.0 ? gravity : STANDARD_GRAVITY, &at);
+    if (status == CLI_OK) {
+        status = curve_find(&job->bench, &at, *before, a->settle_s, r);
+    }
+    if (status == CLI_OK && r->way != CURVE_NONE) {
+        *before = r;
+    } else if (status == CLI_OK && cli_is_stdout(a->csv)) {
+        cli_warn("R = %g m: no steady running: %s", job->radius[i], r->why);
+    }
+    return status;
+}
 
 static int find_all(struct job *job, const struct arguments *a, FILE *csv, size_t *found) {
     struct cli_progress progress;
@@ -116,22 +133,9 @@ static int find_all(struct job *job, const struct arguments *a, FILE *csv, size_
     int status = CLI_OK;
     cli_progress_begin(&progress);
     for (size_t i = 0; i < job->n && status == CLI_OK; i++) {
-        struct curve_case at;
-        const double gravity = job->m.file.vehicle.gravity_m_s2;
-        status = make_case(a, job->radius[i], gravity > 0.0 ? gravity : STANDARD_GRAVITY, &at);
-        if (status != CLI_OK) {
-            break;
-        }
-        status = cli_model_endless(&job->m, at.curvature_1_m, at.cant_rad);
-        if (status != CLI_OK) {
-            job->m = (struct cli_model){0};
-            break;
-        }
-        modes_name(&job->m.model, &job->names);
-        struct curve_result *r = &job->result[i];
-        status = curve_find(&job->m, &job->names, &at, before, a->settle_s, r);
+        const struct curve_result *r = &job->result[i];
+        status = find_one(job, a, i, &before);
         if (status == CLI_OK) {
-            before = r->way != CURVE_NONE ? r : before;
             *found += r->way != CURVE_NONE;
             if (!cli_is_stdout(a->csv)) {
                 curve_print(&job->m.model, r);
@@ -164,12 +168,13 @@ static int perform(struct job *job, const struct arguments *a) {
     }
     job->result = calloc(job->n, sizeof job->result[0]);
     status = job->result != NULL ? find_all(job, a, csv.file, &found) : cli_fail("out of memory");
-    status = cli_output_close(&csv, status);
-    if (status == CLI_OK && found == 0) {
-        status = cli_fail("no steady running was found");
-    }
-    if (status == CLI_OK && a->plot != NULL) {
+    status = cli_output_close(&csv, status); /* the curves that were found are kept */
+    if (status == CLI_OK && a->plot != NULL && found > 0) {
         status = curve_plot(a->plot, &job->m.model, job->result, job->n);
+    }
+    if (status == CLI_OK && found < job->n) {
+        status = cli_fail("no steady running in %zu of %zu curve%s", job->n - found, job->n,
+                          job->n == 1 ? "" : "s");
     }
     free(job->result);
     return cli_flush(status);
@@ -208,8 +213,10 @@ static const char purpose[] =
     "The steady running of a vehicle in endless curves without irregularities: where wheelsets\n"
     "and bodies stand, angles of attack, and of every wheel the load Q, the guiding force Y\n"
     "(outwards positive), Y/Q, creep forces and flange force; of every wheelset the track\n"
-    "shifting force, sum of Y. Found by Newton's method on the equations of motion, each curve\n"
-    "from the one before, otherwise by simulation; what does not add up is printed.";
+    "shifting force, sum of Y. Found by Newton's method on the equations of motion, followed\n"
+    "from straight track or the curve before into the wanted one; failing that, by simulation.\n"
+    "What does not add up is printed, and whether the state is unstable. Where there is no\n"
+    "steady running the reason is told, and the exit status is 1.";
 
 int cmd_curve(int argc, char **argv) {
     struct arguments a = {.speed_m_s = CLI_NOT_GIVEN,
@@ -224,8 +231,7 @@ int cmd_curve(int argc, char **argv) {
          .kind = CLI_TEXT,
          .value = &a.radius,
          .help = "one radius, a range A:B:STEP, or a list R1,R2,...; m or with units,\n"
-                 "positive in right-hand curves, --radius=-500 is a left-hand one; needed.\n"
-                 "From wide to tight is easiest"},
+                 "positive in right-hand curves, negative in left-hand ones; needed"},
         cli_speed_option("--speed", &a.speed_m_s, 0.1, "m/s or with a unit (72km/h)"),
         length("--cant", &a.cant_m, -0.3, 0.3,
                "of the outer rail over the inner one, 100mm; default 100 mm"),
@@ -255,6 +261,11 @@ int cmd_curve(int argc, char **argv) {
     }
     status = cli_model_load(&job->m, &a.target);
     if (status == CLI_OK) {
+        status = cli_model_endless(&job->m, 0.0, 0.0);
+    }
+    if (status == CLI_OK) {
+        job->bench.m = &job->m;
+        modes_name(&job->m.model, &job->bench.names);
         status = perform(job, &a);
         cli_model_close(&job->m);
     }

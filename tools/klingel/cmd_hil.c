@@ -56,6 +56,7 @@ static int prepare_node(const struct kl_model *model, const struct arguments *a)
                                           .input = &session.input,
                                           .output = &session.output,
                                           .snapshot = &session.snapshot,
+                                          .work = &session.work,
                                           .can = session.bus.can,
                                           .start_s_m = (kl_real)a->from_m,
                                           .start_speed_m_s = (kl_real)a->speed_m_s,

@@ -49,22 +49,25 @@ static void print_summary(const struct replay *p, bool same) {
 }
 
 static enum replay_result replay_all(struct replay *p, const struct arguments *a, FILE *csv) {
-    kl_real rates[KL_MAX_STATES];
     enum replay_result result = REPLAY_STEP;
     if (csv != NULL) {
-        kl_rates(&p->m.model, &p->state, &p->input, rates, &p->output);
+        kl_observe(&p->m.model, &p->state, &p->input, &p->output, cli_work());
         run_csv_header(csv, &p->m.model);
+        fputc('\n', csv);
         run_csv_row(csv, &p->m.model, &p->output);
+        fputc('\n', csv);
     }
     uint64_t written = 0;
     while ((result = replay_next(p)) == REPLAY_STEP) {
         if (csv != NULL && p->steps % a->every == 0) {
             run_csv_row(csv, &p->m.model, &p->output);
+            fputc('\n', csv);
             written = p->steps;
         }
     }
     if (csv != NULL && written != p->steps) {
         run_csv_row(csv, &p->m.model, &p->output);
+        fputc('\n', csv);
     }
     return result;
 }

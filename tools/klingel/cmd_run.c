@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "record.h"
+#include "run_forces.h"
 #include "run_record.h"
 
 #define MOST_STEPS 1e12
@@ -25,6 +26,7 @@ struct arguments {
     double snapshot_s;
     const char *from_snapshot;
     struct cli_list initial;
+    struct cli_list forces;
     struct cli_target target;
 };
 
@@ -35,6 +37,7 @@ struct run {
     struct kl_input input;
     struct kl_output output;
     struct run_record record;
+    struct run_forces forces;  /* of --forces */
     struct record_taker taker; /* of --record */
     uint64_t snapshot_tick;
     struct kl_state snapshot; /* of --snapshot, once its tick was reached */
@@ -43,8 +46,9 @@ struct run {
 };
 
 static int start(struct run *run, const struct arguments *a) {
-    enum kl_status status = kl_init(
-        run->model, &run->state, isnan(a->from_m) ? 0 : (kl_real)a->from_m, (kl_real)a->speed_m_s);
+    enum kl_status status =
+        kl_init(run->model, &run->state, isnan(a->from_m) ? 0 : (kl_real)a->from_m,
+                (kl_real)a->speed_m_s, cli_work());
     if (status != KL_OK) {
         return cli_fail("cannot start: %s", kl_status_text(status));
     }
@@ -54,7 +58,7 @@ static int start(struct run *run, const struct arguments *a) {
             return set;
         }
     }
-    kl_refresh(run->model, &run->state);
+    kl_refresh(run->model, &run->state, cli_work());
     return CLI_OK;
 }
 
@@ -73,7 +77,6 @@ static int place_snapshot(struct run *run, const struct arguments *a) {
 }
 
 static int prepare(struct run *run, const struct arguments *a) {
-    kl_real rates[KL_MAX_STATES];
     int begun = a->from_snapshot != NULL
                     ? run_snapshot_read(a->from_snapshot, run->model, &run->state)
                     : start(run, a);
@@ -89,7 +92,7 @@ static int prepare(struct run *run, const struct arguments *a) {
                           (double)run->model->step_s);
     }
     run->n_steps = (uint64_t)llround(steps);
-    kl_rates(run->model, &run->state, &run->input, rates, &run->output);
+    kl_observe(run->model, &run->state, &run->input, &run->output, cli_work());
     run->start_m = (double)run->state.s_m;
     run_record_init(&run->record, run->model);
     run_record_add(&run->record, &run->output);
@@ -111,7 +114,7 @@ static void step(struct run *run, bool recorded) {
     if (recorded) {
         record_taker_step(&run->taker, &run->input);
     }
-    kl_step(run->model, &run->state, &run->input, &run->output);
+    kl_step(run->model, &run->state, &run->input, &run->output, cli_work());
     if (recorded) {
         record_taker_done(&run->taker, &run->state);
     }
@@ -121,13 +124,21 @@ static void step(struct run *run, bool recorded) {
     }
 }
 
+static void write_row(const struct run *run, FILE *csv) {
+    run_csv_row(csv, run->model, &run->output);
+    run_forces_row(&run->forces, run->model, &run->state, &run->input, csv);
+    fputc('\n', csv);
+}
+
 static void simulate(struct run *run, const struct arguments *a, FILE *csv) {
     double began = cli_seconds();
     double shown = began + PROGRESS_S;
     bool tty = isatty(STDERR_FILENO) != 0;
     if (csv != NULL) {
         run_csv_header(csv, run->model);
-        run_csv_row(csv, run->model, &run->output);
+        run_forces_header(&run->forces, csv);
+        fputc('\n', csv);
+        write_row(run, csv);
     }
     for (uint64_t i = 1; i <= run->n_steps; i++) {
         step(run, a->record != NULL);
@@ -135,7 +146,7 @@ static void simulate(struct run *run, const struct arguments *a, FILE *csv) {
             run->n_steps = i; /* nothing moves any more */
         }
         if (csv != NULL && (i % a->every == 0 || i == run->n_steps)) {
-            run_csv_row(csv, run->model, &run->output);
+            write_row(run, csv);
         }
         if (tty && i % PROGRESS_STEPS == 0) {
             show_progress(run, i, began, &shown);
@@ -192,17 +203,20 @@ static int close_files(struct run *run, const struct arguments *a, struct cli_ou
     return status;
 }
 
-static int perform(const struct kl_model *model, const struct arguments *a) {
+static int perform(const struct cli_model *m, const struct arguments *a) {
     static struct run run;
     struct cli_output csv = {0};
     char held[128];
-    run.model = model;
-    int status = prepare(&run, a);
+    run.model = &m->model;
+    int status = run_forces_choose(&run.forces, &m->file.vehicle, &a->forces);
+    status = status == CLI_OK ? prepare(&run, a) : status;
     status = status == CLI_OK ? open_files(&run, a, &csv) : status;
     if (status != CLI_OK) {
+        run_forces_free(&run.forces);
         return status;
     }
     simulate(&run, a, csv.file);
+    run_forces_free(&run.forces);
     if (a->final_hash && !cli_is_stdout(a->csv)) {
         printf("%016" PRIx64 "\n", kl_state_hash(&run.state));
     } else if (!cli_is_stdout(a->csv)) {
@@ -224,6 +238,9 @@ static int check(const struct arguments *a) {
     }
     if (!isnan(a->snapshot_s) && a->snapshot == NULL) {
         return cli_misuse("--snapshot-at needs --snapshot FILE");
+    }
+    if (a->forces.n > 0 && a->csv == NULL) {
+        return cli_misuse("--forces needs --csv, in whose columns they stand");
     }
     if (isnan(a->time_s) || (isnan(a->speed_m_s) && !resumed)) {
         return cli_misuse("%s is missing",
@@ -261,6 +278,13 @@ int cmd_run(int argc, char **argv) {
         cli_maybe_file_option("--csv", &a.csv,
                               "states and forces as CSV in SI units; without FILE, or with -, to\n"
                               "standard output in place of the summary"),
+        {.name = "--forces",
+         .argument = "NAME",
+         .kind = CLI_LIST,
+         .value = &a.forces,
+         .help = "with --csv: the forces of this element or linkage as columns, as often\n"
+                 "as wanted; all of them: all. Changes from the vehicle at rest; positive\n"
+                 "pulls the first end back. A mirrored pair needs no _r and _l"},
         {.name = "--every",
          .argument = "N",
          .kind = CLI_COUNT,
@@ -307,7 +331,7 @@ int cmd_run(int argc, char **argv) {
     struct cli_model m;
     status = cli_model_open(&m, &a.target);
     if (status == CLI_OK) {
-        status = perform(&m.model, &a);
+        status = perform(&m, &a);
         cli_model_close(&m);
     }
     return status;

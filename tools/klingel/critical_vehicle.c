@@ -8,7 +8,7 @@
 static bool advance(void *context, void *memory, double *observed) {
     struct critical_vehicle *v = context;
     struct kl_state *state = memory;
-    const uint32_t faults = kl_step(v->model, state, &v->input, NULL);
+    const uint32_t faults = kl_step(v->model, state, &v->input, NULL, cli_work());
     *observed = (double)state->x[v->observed];
     if (++v->steps % LOOK_EVERY == 0) {
         cli_progress_show(v->progress, -1.0, v->doing);
@@ -22,11 +22,15 @@ static void retune(void *context, void *memory, double speed_m_s) {
     struct kl_state *state = memory;
     const double ratio = speed_m_s / (double)state->speed_m_s;
     for (uint32_t w = 0; w < v->model->n_wheelsets; w++) {
+        const int32_t twist = kl_wheelset_state_index(v->model, w, KL_WS_TWIST);
         state->x[kl_wheelset_state_index(v->model, w, KL_WS_SPIN)] *= (kl_real)ratio;
+        if (twist >= 0) {
+            state->x[twist] *= (kl_real)ratio;
+        }
     }
     state->speed_m_s = (kl_real)speed_m_s;
     v->input.speed_m_s = (kl_real)speed_m_s;
-    kl_refresh(v->model, state);
+    kl_refresh(v->model, state, cli_work());
 }
 
 static int find_rest(struct critical_vehicle *v, double speed_m_s) {
@@ -56,7 +60,7 @@ static void scale(void *context, void *out, const void *memory, double share) {
         to->x[i] = (kl_real)(rest + share * ((double)state->x[i] - rest));
     }
     v->input.speed_m_s = state->speed_m_s;
-    kl_refresh(v->model, to);
+    kl_refresh(v->model, to, cli_work());
 }
 
 void critical_vehicle_init(struct critical_vehicle *v, const struct kl_model *model,
@@ -88,7 +92,7 @@ int critical_start(struct critical_vehicle *v, double speed_m_s, double aside_m,
             state->x[kl_wheelset_state_index(v->model, w, KL_WS_Y)] += (kl_real)aside_m;
         }
         v->input.speed_m_s = (kl_real)speed_m_s;
-        kl_refresh(v->model, state);
+        kl_refresh(v->model, state, cli_work());
     }
     return status;
 }

@@ -8,7 +8,7 @@
 
 #include "cli_progress.h"
 #include "cycle.h"
-#include "modes_linear.h"
+#include "modes_steady.h"
 
 struct critical_vehicle {
     const struct kl_model *model;

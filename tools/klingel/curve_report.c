@@ -8,8 +8,8 @@
 
 #define Y_Q_LIMIT 0.8 /* EN 14363, in curves of 250 m and more */
 
-double curve_outward_N(const struct kl_wheel_output *wheel, int side) {
-    return side == KL_RIGHT ? (double)wheel->y_N : -(double)wheel->y_N;
+double curve_outward_N(const struct kl_wheelset_output *o, int side) {
+    return side == KL_RIGHT ? (double)o->y_N[side] : -(double)o->y_N[side];
 }
 
 double curve_attack_rad(const struct curve_result *r, uint32_t w) {
@@ -35,16 +35,19 @@ static void print_balance(const struct curve_result *r) {
     }
     printf("  largest rate that is left: %.1e (m/s2, rad/s2)%s\n", r->steady.residual,
            r->way == CURVE_SIMULATED ? ", settled by simulation" : "");
+    if (r->unstable) {
+        printf("  UNSTABLE: a vehicle that is disturbed there does not come back; it hunts\n");
+    }
 }
 
 static void print_wheel(const struct kl_wheelset_output *o, int side) {
-    const struct kl_wheel_output *w = &o->wheel[side];
-    const double outward = curve_outward_N(w, side);
+    const double q = (double)o->q_N[side];
+    const double outward = curve_outward_N(o, side);
     printf("    %-6s %9.3f %9.3f %8.3f %9.3f %9.3f %8.2f %9.3f\n",
-           side == KL_RIGHT ? "right" : "left", 1e-3 * (double)w->q_N, 1e-3 * outward,
-           (double)w->q_N > 0.0 ? outward / (double)w->q_N : 0.0, 1e-3 * (double)w->tread.t1_N,
-           1e-3 * (double)w->tread.t2_N, 1e3 * (double)w->tread.delta_rad,
-           1e-3 * (double)w->flange.normal_N);
+           side == KL_RIGHT ? "right" : "left", 1e-3 * q, 1e-3 * outward,
+           q > 0.0 ? outward / q : 0.0, 1e-3 * (double)o->tread.t1_N[side],
+           1e-3 * (double)o->tread.t2_N[side], 1e3 * (double)o->tread.delta_rad[side],
+           1e-3 * (double)o->flange.normal_N[side]);
 }
 
 void curve_print(const struct kl_model *model, const struct curve_result *r) {
@@ -52,7 +55,7 @@ void curve_print(const struct kl_model *model, const struct curve_result *r) {
            fabs(r->at.radius_m), r->at.radius_m >= 0.0 ? "right" : "left", r->at.speed_m_s,
            3.6 * r->at.speed_m_s, 1e3 * r->at.cant_m, 1e3 * r->at.deficiency_m);
     if (r->way == CURVE_NONE) {
-        printf("  no steady running: none was found, and simulation does not settle\n");
+        printf("  no steady running: %s\n", r->why);
         return;
     }
     print_balance(r);
@@ -100,14 +103,12 @@ void curve_csv(FILE *file, const struct kl_model *model, const struct curve_resu
                 curve_attack_rad(r, w), (double)o->force_y_N, r->steady.residual, r->lateral_N,
                 r->vertical_N);
         for (int s = 0; s < KL_SIDES; s++) {
-            const struct kl_wheel_output *wheel = &o->wheel[s];
-            const double outward = curve_outward_N(wheel, s);
-            fprintf(file, ",%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g",
-                    (double)wheel->q_N, outward,
-                    (double)wheel->q_N > 0.0 ? outward / (double)wheel->q_N : 0.0,
-                    (double)wheel->tread.t1_N, (double)wheel->tread.t2_N,
-                    (double)wheel->tread.delta_rad, (double)wheel->flange.normal_N,
-                    (double)wheel->tread.gamma1, (double)wheel->tread.gamma2);
+            const double q = (double)o->q_N[s];
+            const double outward = curve_outward_N(o, s);
+            fprintf(file, ",%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g,%.12g", q, outward,
+                    q > 0.0 ? outward / q : 0.0, (double)o->tread.t1_N[s], (double)o->tread.t2_N[s],
+                    (double)o->tread.delta_rad[s], (double)o->flange.normal_N[s],
+                    (double)o->tread.gamma1[s], (double)o->tread.gamma2[s]);
         }
         fputc('\n', file);
     }
@@ -138,15 +139,15 @@ static double value(const struct curve_result *r, uint32_t w, enum quantity quan
     case TRACK_SHIFT:
         return 1e-3 * outwards * (double)o->force_y_N;
     case RATIO:
-        return curve_outward_N(&o->wheel[outer], outer) / fmax((double)o->wheel[outer].q_N, 1.0);
+        return curve_outward_N(o, outer) / fmax((double)o->q_N[outer], 1.0);
     case LOAD_OUTER:
-        return 1e-3 * (double)o->wheel[outer].q_N;
+        return 1e-3 * (double)o->q_N[outer];
     case LOAD_INNER:
-        return 1e-3 * (double)o->wheel[inner].q_N;
+        return 1e-3 * (double)o->q_N[inner];
     case CREEP:
         break;
     }
-    return 1e-3 * (double)o->wheel[outer].tread.t1_N;
+    return 1e-3 * (double)o->tread.t1_N[outer];
 }
 
 struct picture {

@@ -7,7 +7,7 @@
 #include "curve_steady.h"
 
 /* Y of a wheel, outwards positive: as its flange would push. */
-double curve_outward_N(const struct kl_wheel_output *wheel, int side);
+double curve_outward_N(const struct kl_wheelset_output *o, int side);
 
 /* Angle of attack of a wheelset, positive when it runs against the outer rail. */
 double curve_attack_rad(const struct curve_result *result, uint32_t wheelset);

@@ -3,41 +3,117 @@
 
 #include <math.h>
 
-#define LOOK_S 0.5   /* simulated, between two looks at how far it has settled */
-#define SETTLED 1e-3 /* m/s2, rad/s2: rates that count as settled */
-#define ENOUGH 1e-9  /* ... beyond which simulating on gains nothing */
-#define FADES 0.7    /* of the largest rate from one look to the next */
-#define PATIENCE 8   /* looks without such progress */
+#define LONG_SHARE 0.25     /* of the way, tried first from straight track */
+#define SHORT_SHARE 0.03    /* shorter steps of the way are left to the slower method */
+#define SHORTEST_SHARE 1e-3 /* ... and below that there is no way */
+#define MOST_TRIES 60       /* along one way */
+#define LOOK_S 0.5          /* simulated, between two looks at how far it has settled */
+#define SETTLED 1e-3        /* m/s2, rad/s2: rates that count as settled */
+#define ENOUGH 1e-9         /* ... beyond which simulating on gains nothing */
+#define FADES 0.7           /* of the largest rate from one look to the next */
+#define PATIENCE 8          /* looks without such progress */
 
-/* Displacements of another curve, with the rates of this one. */
-static int move_into(const struct cli_model *m, const struct curve_case *at,
-                     const struct curve_result *before, struct kl_state *state) {
-    enum kl_status status = kl_init(&m->model, state, (kl_real)0, (kl_real)at->speed_m_s);
-    if (status != KL_OK) {
-        return cli_fail("cannot start at %g m/s: %s", at->speed_m_s, kl_status_text(status));
-    }
-    for (uint32_t b = 0; b < m->model.n_bodies; b++) {
-        for (int f = 0; f < KL_FREEDOMS; f++) {
-            const int32_t i = kl_body_state_index(&m->model, b, (enum kl_freedom)f, 0);
-            if (i >= 0) {
-                state->x[i] = before->steady.state.x[i];
-            }
-        }
-    }
-    for (uint32_t w = 0; w < m->model.n_wheelsets; w++) {
-        const int32_t y = kl_wheelset_state_index(&m->model, w, KL_WS_Y);
-        const int32_t yaw = kl_wheelset_state_index(&m->model, w, KL_WS_YAW);
-        state->x[y] = before->steady.state.x[y];
-        state->x[yaw] = before->steady.state.x[yaw];
-    }
-    return CLI_OK;
+/* ---- bending the track ---- */
+
+static int bend(struct curve_bench *bench, const struct curve_case *at) {
+    const struct kl_track_def def = {.curvature_start_1_m = at->curvature_1_m,
+                                     .cant_start_rad = at->cant_rad};
+    struct kl_arena arena;
+    struct kl_diag diag = {0};
+    kl_arena_init(&arena, bench->memory, sizeof bench->memory);
+    const enum kl_status status = kl_track_build(&def, &arena, &bench->m->model.track, &diag);
+    return status == KL_OK ? CLI_OK
+                           : cli_fail("R = %g m: %s", at->radius_m, kl_status_text(status));
 }
 
-static double largest_rate(const struct cli_model *m, const struct kl_input *input,
+/* The case that lies a share of the way from one to another. */
+static struct curve_case between(const struct curve_case *from, const struct curve_case *to,
+                                 double share) {
+    struct curve_case c = *to;
+    c.curvature_1_m = from->curvature_1_m + share * (to->curvature_1_m - from->curvature_1_m);
+    c.cant_rad = from->cant_rad + share * (to->cant_rad - from->cant_rad);
+    c.speed_m_s = from->speed_m_s + share * (to->speed_m_s - from->speed_m_s);
+    return c;
+}
+
+/* ---- following ---- */
+
+/* A wheelset at the end of its contact table stands nowhere: name it. -1: all are on theirs. */
+static int off_table(const struct kl_model *model, const struct kl_output *output) {
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const struct kl_pair *pair = &model->pairs[model->wheelsets[w].pair];
+        if (!(fabs((double)output->wheelset[w].y_m) < (double)pair->range_m)) {
+            return (int)w;
+        }
+    }
+    return -1;
+}
+
+struct way {
+    struct curve_case from;
+    const struct curve_case *to;
+    double share;            /* of the way, that has been gone */
+    double last_share;       /* before the last step; negative: there was none */
+    struct kl_state here;    /* at `share` */
+    struct kl_state last;    /* at `last_share` */
+    struct modes_steady try; /* the result of the last try */
+};
+
+static int try_at(struct curve_bench *bench, struct way *way, double share, bool quick,
+                  bool *found) {
+    const struct curve_case at = between(&way->from, way->to, share);
+    const struct modes_request request = {.model = &bench->m->model,
+                                          .names = &bench->names,
+                                          .speed_m_s = at.speed_m_s,
+                                          .quick = quick};
+    struct kl_state guess = way->here;
+    if (way->last_share >= 0.0) {
+        const double on = (share - way->share) / (way->share - way->last_share);
+        for (uint32_t i = 0; i < guess.n_states; i++) {
+            guess.x[i] += (kl_real)on * (way->here.x[i] - way->last.x[i]);
+        }
+    }
+    int status = bend(bench, &at);
+    if (status == CLI_OK) {
+        status = modes_steady(&request, &guess, &way->try);
+    }
+    *found =
+        status == CLI_OK && way->try.found && off_table(&bench->m->model, &way->try.output) < 0;
+    return status;
+}
+
+/* From way->here, where way->share is 0, to the end. CLI_OK, whether it is reached or not. */
+static int go(struct curve_bench *bench, struct way *way, double first) {
+    double step = first;
+    int status = CLI_OK;
+    way->share = 0.0;
+    way->last_share = -1.0;
+    for (int i = 0; i < MOST_TRIES && status == CLI_OK && way->share < 1.0; i++) {
+        const double next = fmin(way->share + step, 1.0);
+        bool found = false;
+        status = try_at(bench, way, next, step > SHORT_SHARE, &found);
+        if (found) {
+            way->last = way->here;
+            way->last_share = way->share;
+            way->here = way->try.state;
+            way->share = next;
+            step *= 2.0;
+        } else if (step < SHORTEST_SHARE) {
+            break;
+        } else {
+            step *= 0.4;
+        }
+    }
+    return status;
+}
+
+/* ---- simulation ---- */
+
+static double largest_rate(const struct kl_model *model, const struct kl_input *input,
                            const struct kl_state *state) {
     kl_real rates[KL_MAX_STATES];
     double worst = 0.0;
-    kl_rates(&m->model, state, input, rates, NULL);
+    kl_rates(model, state, input, rates, cli_work());
     for (uint32_t i = 0; i < state->n_states; i++) {
         worst = fmax(worst, fabs((double)rates[i]));
     }
@@ -45,8 +121,8 @@ static double largest_rate(const struct cli_model *m, const struct kl_input *inp
 }
 
 /* Runs until it is as steady as it becomes. The largest rate that is left; HUGE_VAL: derailed. */
-static double simulate(const struct cli_model *m, double longest_s, struct kl_state *state) {
-    const uint64_t look = (uint64_t)llround(ceil(LOOK_S / (double)m->model.step_s));
+static double simulate(const struct kl_model *model, double longest_s, struct kl_state *state) {
+    const uint64_t look = (uint64_t)llround(ceil(LOOK_S / (double)model->step_s));
     struct kl_input input;
     double least = HUGE_VAL;
     int waited = 0;
@@ -54,35 +130,38 @@ static double simulate(const struct cli_model *m, double longest_s, struct kl_st
     input.speed_m_s = state->speed_m_s;
     for (double t = 0.0; t < longest_s && waited < PATIENCE; t += LOOK_S) {
         for (uint64_t i = 0; i < look; i++) {
-            if ((kl_step(&m->model, state, &input, NULL) & KL_FAULTS_HOLD) != 0) {
+            if ((kl_step(model, state, &input, NULL, cli_work()) & KL_FAULTS_HOLD) != 0) {
                 return HUGE_VAL;
             }
         }
-        const double now = largest_rate(m, &input, state);
+        const double now = largest_rate(model, &input, state);
         waited = now < FADES * least ? 0 : waited + 1;
         least = fmin(least, now);
         if (now < ENOUGH) {
             break;
         }
     }
-    return largest_rate(m, &input, state);
+    return largest_rate(model, &input, state);
 }
 
-static int fall_back(const struct cli_model *m, const struct modes_request *request,
-                     double longest_s, struct curve_result *result) {
+static int fall_back(struct curve_bench *bench, double longest_s, struct curve_result *result) {
+    const struct kl_model *model = &bench->m->model;
+    const struct modes_request request = {
+        .model = model, .names = &bench->names, .speed_m_s = result->at.speed_m_s};
     struct kl_state state;
     struct modes_steady polished;
     struct kl_input input;
-    kl_real rates[KL_MAX_STATES];
-    if (kl_init(&m->model, &state, (kl_real)0, (kl_real)request->speed_m_s) != KL_OK) {
-        return cli_fail("cannot start at %g m/s", request->speed_m_s);
+    if (kl_init(model, &state, (kl_real)0, (kl_real)request.speed_m_s, cli_work()) != KL_OK) {
+        return cli_fail("cannot start at %g m/s", request.speed_m_s);
     }
-    const double left = simulate(m, longest_s, &state);
-    int status = isfinite(left) ? modes_steady(request, &state, &polished) : CLI_OK;
-    if (status != CLI_OK || !isfinite(left)) {
+    const double left = simulate(model, longest_s, &state);
+    int status = isfinite(left) ? modes_steady(&request, &state, &polished) : CLI_OK;
+    if (status != CLI_OK) {
         return status;
     }
-    if (polished.found) {
+    if (!isfinite(left)) {
+        snprintf(result->why, sizeof result->why, "; simulated into the curve it derails");
+    } else if (polished.found && off_table(model, &polished.output) < 0) {
         result->way = CURVE_FOUND;
         result->steady = polished;
     } else if (left < SETTLED) {
@@ -91,7 +170,11 @@ static int fall_back(const struct cli_model *m, const struct modes_request *requ
         result->steady.residual = left;
         kl_input_init(&input);
         input.speed_m_s = state.speed_m_s;
-        kl_rates(&m->model, &state, &input, rates, &result->steady.output);
+        kl_observe(model, &state, &input, &result->steady.output, cli_work());
+    } else {
+        snprintf(result->why, sizeof result->why,
+                 "; simulated into the curve it does not come to rest (a rate of %.1e is left)",
+                 left);
     }
     return CLI_OK;
 }
@@ -116,7 +199,7 @@ static void add_up(const struct cli_model *m, struct curve_result *r) {
         mass += (double)m->model.wheelsets[w].mass_kg;
         r->weight_N += (double)m->model.wheelsets[w].static_load_N;
         y += (double)o->force_y_N;
-        q += (double)o->wheel[KL_RIGHT].q_N + (double)o->wheel[KL_LEFT].q_N;
+        q += (double)o->q_N[KL_RIGHT] + (double)o->q_N[KL_LEFT];
     }
     r->aside_N = -mass * aside;
     r->lateral_N = y - r->aside_N;
@@ -127,28 +210,79 @@ static void add_up(const struct cli_model *m, struct curve_result *r) {
     }
 }
 
-int curve_find(const struct cli_model *m, const struct modes_names *names,
-               const struct curve_case *at, const struct curve_result *before, double longest_s,
-               struct curve_result *r) {
+static int judge_stability(struct curve_bench *bench, struct curve_result *r) {
     const struct modes_request request = {
-        .model = &m->model, .names = names, .speed_m_s = at->speed_m_s};
-    struct kl_state guess;
-    *r = (struct curve_result){.at = *at, .way = CURVE_NONE};
+        .model = &bench->m->model, .names = &bench->names, .speed_m_s = r->at.speed_m_s};
+    int status = modes_about(&request, &r->steady, &bench->modes);
+    r->unstable = status == CLI_OK && bench->modes.largest_real > 0.0;
+    return status;
+}
+
+/* How far it came, and what it met there. */
+static void explain(const struct curve_bench *bench, const struct way *way,
+                    struct curve_result *r) {
+    const struct kl_model *model = &bench->m->model;
+    const struct curve_case reached = between(&way->from, way->to, way->share);
+    const int lost = off_table(model, &way->try.output);
+    char rest[sizeof r->why];
+    snprintf(rest, sizeof rest, "%s", r->why);
+    char end[KL_NAME_SIZE + 48] = "";
+    if (lost >= 0) {
+        snprintf(end, sizeof end, ", beyond which %s leaves its contact table",
+                 model->wheelsets[lost].name);
+    }
+    if (reached.curvature_1_m == 0.0) {
+        snprintf(r->why, sizeof r->why, "it cannot be followed from straight track%s%.40s", end,
+                 rest);
+    } else {
+        snprintf(r->why, sizeof r->why, "followed from straight track to R = %.0f m%s%.60s",
+                 fabs(1.0 / reached.curvature_1_m), end, rest);
+    }
+}
+
+static int follow(struct curve_bench *bench, const struct curve_result *before, struct way *way) {
     int status = CLI_OK;
+    way->share = 0.0;
     if (before != NULL) {
-        status = move_into(m, at, before, &guess);
-        status = status == CLI_OK ? modes_steady(&request, &guess, &r->steady) : status;
+        way->from = before->at;
+        way->here = before->steady.state;
+        status = go(bench, way, 1.0);
     }
-    if (status == CLI_OK && !r->steady.found) {
-        status = modes_steady(&request, NULL, &r->steady);
+    if (status == CLI_OK && way->share < 1.0) {
+        bool found = false;
+        way->from = *way->to;
+        way->from.curvature_1_m = 0.0;
+        way->from.cant_rad = 0.0;
+        way->share = 0.0;
+        way->last_share = -1.0;
+        const struct modes_request request = {
+            .model = &bench->m->model, .names = &bench->names, .speed_m_s = way->to->speed_m_s};
+        status = bend(bench, &way->from);
+        status = status == CLI_OK ? modes_steady(&request, NULL, &way->try) : status;
+        found = status == CLI_OK && way->try.found;
+        way->here = way->try.state;
+        status = found ? go(bench, way, LONG_SHARE) : status;
     }
-    if (status == CLI_OK && r->steady.found) {
+    return status;
+}
+
+int curve_find(struct curve_bench *bench, const struct curve_case *at,
+               const struct curve_result *before, double longest_s, struct curve_result *r) {
+    struct way way = {.to = at};
+    *r = (struct curve_result){.at = *at, .way = CURVE_NONE};
+    int status = follow(bench, before, &way);
+    if (status == CLI_OK && way.share >= 1.0) {
         r->way = CURVE_FOUND;
+        r->steady = way.try;
     } else if (status == CLI_OK) {
-        status = fall_back(m, &request, longest_s, r);
+        status = bend(bench, at);
+        status = status == CLI_OK ? fall_back(bench, longest_s, r) : status;
     }
-    if (status == CLI_OK && r->way != CURVE_NONE) {
-        add_up(m, r);
+    if (status == CLI_OK && r->way == CURVE_NONE) {
+        explain(bench, &way, r);
+    } else if (status == CLI_OK) {
+        add_up(bench->m, r);
+        status = judge_stability(bench, r);
     }
     return status;
 }

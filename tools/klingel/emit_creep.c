@@ -28,10 +28,8 @@ static void axis_arrays(FILE *f, const char *name, const char *axis,
 }
 
 static void axis_field(FILE *f, const char *name, const char *axis, const struct kl_creep_axis *a) {
-    fprintf(f,
-            "    .%s = {.n = %" PRIu32 ", .cell = %s_%s, .bin = %s_%s_bin,\n"
-            "        .scale = (kl_real)%a, .offset = (kl_real)%a},\n",
-            axis, a->n, name, axis, name, axis, (double)a->scale, (double)a->offset);
+    fprintf(f, "    .%s = {.n = %" PRIu32 ", .cell = %s_%s, .bin = %s_%s_bin},\n", axis, a->n, name,
+            axis, name, axis);
 }
 
 static void ratios(FILE *f, const struct kl_creep_table *t, const char *name) {

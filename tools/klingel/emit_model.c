@@ -101,6 +101,11 @@ static void wheelsets(FILE *f, const struct kl_model *m, const char *name) {
         fputs(",\n     ", f);
         field(f, "static_load_N", w->static_load_N);
         fprintf(f, ".pair = %" PRIu32 ",\n     ", w->pair);
+        if (w->independent != 0) {
+            fprintf(f, ".independent = %" PRIu32 ", ", w->independent);
+            field(f, "coupling_Nms_rad", w->coupling_Nms_rad);
+            fputs("\n     ", f);
+        }
         creep(f, &w->creep);
         fputs("},\n", f);
     }
@@ -215,7 +220,7 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
 
 static void suspension(FILE *f, const struct kl_model *m, const char *name) {
     const struct kl_suspension *s = &m->suspension;
-    words(f, name, "row_start", s->row_start, s->n_coordinates + 1);
+    words(f, name, "twins", s->twins, 3 * kl_count_twins(s));
     if (s->n_entries == 0) { /* arrays all the same: kl_model_check wants no NULL */
         fprintf(f, "static const uint16_t %s_column[] = {0};\n", name);
         fprintf(f, "static const struct kl_spring %s_spring[] = {{0, 0}};\n\n", name);
@@ -223,7 +228,7 @@ static void suspension(FILE *f, const struct kl_model *m, const char *name) {
     }
     words(f, name, "column", s->column, s->n_entries);
     fprintf(f, "static const struct kl_spring %s_spring[] = {\n", name);
-    for (uint32_t i = 0; i < s->n_entries; i++) {
+    for (uint32_t i = 0; i < 2 * s->n_entries; i++) {
         fputs("    {", f);
         real(f, s->spring[i].k);
         fputs(", ", f);
@@ -351,7 +356,7 @@ static void track_fields(FILE *f, const struct kl_track *t, const char *name) {
 static void suspension_fields(FILE *f, const struct kl_suspension *s, const char *name) {
     fprintf(f,
             "    .suspension = {.n_coordinates = %" PRIu32 ", .n_entries = %" PRIu32
-            ", .row_start = %s_row_start,\n"
+            ", .twins = %s_twins,\n"
             "                   .column = %s_column, .spring = %s_spring},\n",
             s->n_coordinates, s->n_entries, name, name, name);
 }
@@ -391,8 +396,8 @@ static void definition(FILE *f, const struct kl_model *m, const char *name) {
     field(f, "acceleration_limit_m_s2", m->acceleration_limit_m_s2);
     fprintf(f,
             "\n    .n_bodies = %" PRIu32 ", .n_wheelsets = %" PRIu32 ", .n_pairs = %" PRIu32
-            ", .n_states = %" PRIu32 ", .n_rails = %" PRIu32 ",\n    ",
-            m->n_bodies, m->n_wheelsets, m->n_pairs, m->n_states, m->n_rails);
+            ",\n    .n_rails = %" PRIu32 ", .n_twists = %" PRIu32 ", .n_states = %" PRIu32 ",\n    ",
+            m->n_bodies, m->n_wheelsets, m->n_pairs, m->n_rails, m->n_twists, m->n_states);
     if (m->n_bodies > 0) {
         fprintf(f, ".bodies = %s_bodies, ", name);
     }
@@ -442,8 +447,8 @@ size_t emit_model_bytes(const struct kl_model *m) {
     const struct kl_suspension *s = &m->suspension;
     size_t bytes = sizeof *m + m->n_bodies * sizeof *m->bodies +
                    m->n_wheelsets * sizeof *m->wheelsets + m->n_pairs * sizeof *m->pairs +
-                   (s->n_coordinates + 1 + s->n_entries) * sizeof(uint16_t) +
-                   s->n_entries * sizeof(struct kl_spring) +
+                   (3 * kl_count_twins(s) + s->n_entries) * sizeof(uint16_t) +
+                   2 * s->n_entries * sizeof(struct kl_spring) +
                    m->track.n_pieces * sizeof(struct kl_piece) + m->track.n_bins * sizeof(uint16_t);
     const struct kl_struts *struts = &m->struts;
     bytes += (kl_count_struts(struts) + struts->n_terms + struts->n_actuators) * sizeof(uint16_t) +

@@ -28,6 +28,7 @@ struct hil_session {
     struct kl_state snapshot;
     struct kl_input input;
     struct kl_output output;
+    struct kl_work work;
     struct kl_node node;
     struct hil_bus bus;
     struct kl_realtime loop; /* of lockstep: the execution histogram and times alone */

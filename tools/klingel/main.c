@@ -8,6 +8,7 @@ static const struct sub_command {
     int (*run)(int argc, char **argv);
     const char *what;
 } sub_commands[] = {
+    {"sketch", cmd_sketch, "a picture of the vehicle that a file describes"},
     {"geometry", cmd_geometry, "wheel-rail geometry: contact tables, conicity, jumps"},
     {"conicity", cmd_conicity, "equivalent conicity after EN 15302 against amplitude and gauge"},
     {"creep", cmd_creep, "creep forces of one contact, by law; the laws against CONTACT"},

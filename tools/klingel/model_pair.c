@@ -41,9 +41,13 @@ struct place {
     double tape_circle_m; /* of a wheel, from the flange back */
 };
 
+static bool is_from_flange(const struct raw_profile *raw) {
+    return raw != NULL && raw->origin != NULL && *raw->origin == RAW_FLANGE_BACK;
+}
+
 static void file_profile(struct model_parts *parts, const struct raw_profile *raw,
                          const struct place *place, const char *key, struct kl_profile_def *def) {
-    const bool from_flange = raw->origin != NULL && *raw->origin == RAW_FLANGE_BACK;
+    const bool from_flange = is_from_flange(raw);
     const struct profile_request request = {
         .name = raw->file,
         .wheel = place->wheel,
@@ -148,11 +152,21 @@ static void profile(struct model_parts *parts, const struct raw_profile *raw,
 
 /* ---- wheels ---- */
 
+/* What a key of both sides may be left out for: each side has its own. */
+static void needs(struct model_parts *parts, bool there, bool of_right, bool of_left,
+                  const char *name, const char *key) {
+    char text[100];
+    snprintf(text, sizeof text, "%s is missing, here or in its right and left", name);
+    model_check(parts, there || (of_right && of_left), text, "%s", key);
+}
+
 /* Half the distance of the tape circles, stated as it is or by the flange backs. */
 static double wheel_spacing(struct model_parts *parts, const struct raw_wheel *raw, const char *key,
                             double tape_circle) {
     const bool by_flange = raw->flange_back_m != NULL;
-    const bool from_flange = raw->profile.origin != NULL && *raw->profile.origin == RAW_FLANGE_BACK;
+    const bool from_flange = is_from_flange(raw->profile) ||
+                             (raw->right != NULL && is_from_flange(raw->right->profile)) ||
+                             (raw->left != NULL && is_from_flange(raw->left->profile));
     model_check(parts, raw->tape_circle_m == NULL || by_flange || from_flange,
                 "goes with flange_back_m, or with a profile of origin: flange_back",
                 "%s.tape_circle_m", key);
@@ -174,10 +188,21 @@ static void wheel(struct model_parts *parts, const struct raw_wheel *raw, const 
                   struct kl_wheel_def *def) {
     const double tape = raw->tape_circle_m != NULL ? *raw->tape_circle_m : USUAL_TAPE_CIRCLE_M;
     const struct place place = {true, tape};
+    const struct raw_wheel_side none = {NULL, NULL};
+    const struct raw_wheel_side *right = raw->right != NULL ? raw->right : &none;
+    const struct raw_wheel_side *left = raw->left != NULL ? raw->left : &none;
     def->half_spacing_m = wheel_spacing(parts, raw, key, tape);
-    profile(parts, &raw->profile, &place, key, &def->profile);
-    model_positive(parts, raw->radius_m, "%s.radius_m", key);
-    def->radius_m = raw->radius_m;
+    needs(parts, raw->profile != NULL, right->profile != NULL, left->profile != NULL, "profile",
+          key);
+    needs(parts, raw->radius_m != NULL, right->radius_m != NULL, left->radius_m != NULL, "radius_m",
+          key);
+    if (raw->profile != NULL) {
+        profile(parts, raw->profile, &place, key, &def->profile);
+    }
+    if (raw->radius_m != NULL) {
+        model_positive(parts, *raw->radius_m, "%s.radius_m", key);
+        def->radius_m = *raw->radius_m;
+    }
 }
 
 /* What one side has of its own instead. */
@@ -223,8 +248,9 @@ static double rail_cant(struct model_parts *parts, const double *cant_rad, const
 /* The inclination that is in the profile's points already. */
 static double cant_of_file(struct model_parts *parts, const struct raw_profile *raw,
                            const char *key) {
-    return raw->canted_1_in != NULL ? one_in(parts, *raw->canted_1_in, key, "profile.canted_1_in")
-                                    : 0.0;
+    return raw != NULL && raw->canted_1_in != NULL
+               ? one_in(parts, *raw->canted_1_in, key, "profile.canted_1_in")
+               : 0.0;
 }
 
 static void rail_side(struct model_parts *parts, const struct raw_rail *raw,
@@ -236,15 +262,19 @@ static void rail_side(struct model_parts *parts, const struct raw_rail *raw,
     }
     def->cant_rad = rail_cant(parts, own_cant ? own->cant_rad : raw->cant_rad,
                               own_cant ? own->cant_1_in : raw->cant_1_in, key) -
-                    cant_of_file(parts, own->profile != NULL ? own->profile : &raw->profile, key);
+                    cant_of_file(parts, own->profile != NULL ? own->profile : raw->profile, key);
 }
 
 static void rail(struct model_parts *parts, const struct raw_rail *raw, const char *key,
                  struct kl_rail_def *def) {
     const struct place place = {false, 0.0};
-    profile(parts, &raw->profile, &place, key, &def->profile);
+    needs(parts, raw->profile != NULL, raw->right != NULL && raw->right->profile != NULL,
+          raw->left != NULL && raw->left->profile != NULL, "profile", key);
+    if (raw->profile != NULL) {
+        profile(parts, raw->profile, &place, key, &def->profile);
+    }
     def->cant_rad = rail_cant(parts, raw->cant_rad, raw->cant_1_in, key) -
-                    cant_of_file(parts, &raw->profile, key);
+                    cant_of_file(parts, raw->profile, key);
     bool by_gauge = raw->gauge_m != NULL;
     if (!model_check(parts, by_gauge != (raw->half_spacing_m != NULL),
                      "needs either gauge_m or half_spacing_m", "%s", key)) {

@@ -65,7 +65,7 @@ static const cyaml_schema_field_t wheel_side_fields[] = {
     CYAML_FIELD_END};
 
 static const cyaml_schema_field_t wheel_fields[] = {
-    PART(raw_wheel, profile, profile_fields),     NUMBER(raw_wheel, radius_m),
+    OPT_PART(raw_wheel, profile, profile_fields), OPT_NUMBER(raw_wheel, radius_m),
     OPT_NUMBER(raw_wheel, half_spacing_m),        OPT_NUMBER(raw_wheel, flange_back_m),
     OPT_NUMBER(raw_wheel, tape_circle_m),         OPT_PART(raw_wheel, right, wheel_side_fields),
     OPT_PART(raw_wheel, left, wheel_side_fields), CYAML_FIELD_END};
@@ -74,7 +74,7 @@ static const cyaml_schema_field_t rail_side_fields[] = {
     OPT_PART(raw_rail_side, profile, profile_fields), OPT_NUMBER(raw_rail_side, cant_rad),
     OPT_NUMBER(raw_rail_side, cant_1_in), CYAML_FIELD_END};
 
-static const cyaml_schema_field_t rail_fields[] = {PART(raw_rail, profile, profile_fields),
+static const cyaml_schema_field_t rail_fields[] = {OPT_PART(raw_rail, profile, profile_fields),
                                                    OPT_NUMBER(raw_rail, cant_rad),
                                                    OPT_NUMBER(raw_rail, cant_1_in),
                                                    OPT_NUMBER(raw_rail, half_spacing_m),
@@ -145,16 +145,22 @@ static const cyaml_schema_field_t creep_fields[] = {
     OPT_NUMBER(raw_creep, f33_Nm2),
     CYAML_FIELD_END};
 
-static const cyaml_schema_field_t wheelset_fields[] = {NAME(raw_wheelset, name),
-                                                       NUMBER(raw_wheelset, mass_kg),
-                                                       NUMBER(raw_wheelset, inertia_roll_kgm2),
-                                                       NUMBER(raw_wheelset, inertia_spin_kgm2),
-                                                       NUMBER(raw_wheelset, inertia_yaw_kgm2),
-                                                       NUMBER(raw_wheelset, x_m),
-                                                       NUMBER_OR_0(raw_wheelset, load_N),
-                                                       NAME(raw_wheelset, pair),
-                                                       PART(raw_wheelset, creep, creep_fields),
-                                                       CYAML_FIELD_END};
+static const cyaml_strval_t wheels[] = {{"solid", RAW_SOLID}, {"independent", RAW_INDEPENDENT}};
+
+static const cyaml_schema_field_t wheelset_fields[] = {
+    NAME(raw_wheelset, name),
+    NUMBER(raw_wheelset, mass_kg),
+    NUMBER(raw_wheelset, inertia_roll_kgm2),
+    NUMBER(raw_wheelset, inertia_spin_kgm2),
+    NUMBER(raw_wheelset, inertia_yaw_kgm2),
+    NUMBER(raw_wheelset, x_m),
+    NUMBER_OR_0(raw_wheelset, load_N),
+    NAME(raw_wheelset, pair),
+    CYAML_FIELD_ENUM("wheels", STRICT_MAY, struct raw_wheelset, wheels, wheels,
+                     CYAML_ARRAY_LEN(wheels)),
+    OPT_NUMBER(raw_wheelset, coupling_Nms_rad),
+    PART(raw_wheelset, creep, creep_fields),
+    CYAML_FIELD_END};
 
 static const cyaml_strval_t freedoms[] = {{"y", KL_HAS(KL_Y)},
                                           {"z", KL_HAS(KL_Z)},

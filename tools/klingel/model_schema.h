@@ -49,8 +49,9 @@ struct raw_wheel_side { /* what one side has of its own */
 };
 
 struct raw_wheel {
-    struct raw_profile profile;
-    double radius_m;
+    struct raw_profile
+        *profile; /* this and radius_m may be absent where both sides have their own */
+    double *radius_m;
     double *half_spacing_m;
     double *flange_back_m;
     double *tape_circle_m;
@@ -65,7 +66,7 @@ struct raw_rail_side {
 };
 
 struct raw_rail {
-    struct raw_profile profile;
+    struct raw_profile *profile; /* likewise */
     double *cant_rad;
     double *cant_1_in;
     double *half_spacing_m;
@@ -131,6 +132,8 @@ struct raw_creep {
     double *f33_Nm2;
 };
 
+enum raw_wheels { RAW_SOLID = 0, RAW_INDEPENDENT = 1 };
+
 struct raw_wheelset {
     char name[KL_NAME_SIZE];
     double mass_kg;
@@ -140,6 +143,8 @@ struct raw_wheelset {
     double x_m;
     double load_N;
     char pair[KL_NAME_SIZE];
+    int wheels; /* enum raw_wheels */
+    double *coupling_Nms_rad;
     struct raw_creep creep;
 };
 

@@ -120,6 +120,13 @@ static void wheelset(struct model_parts *parts, const struct raw_vehicle *vehicl
     def->x_m = raw->x_m;
     def->load_N = raw->load_N;
     def->pair = pair_index(parts, vehicle, i);
+    def->independent = raw->wheels == RAW_INDEPENDENT;
+    if (raw->coupling_Nms_rad != NULL) {
+        model_check(parts, def->independent, "couples independent wheels; these are solid",
+                    "wheelsets[%u].coupling_Nms_rad", i);
+        model_not_negative(parts, *raw->coupling_Nms_rad, "wheelsets[%u].coupling_Nms_rad", i);
+        def->coupling_Nms_rad = *raw->coupling_Nms_rad;
+    }
     creep(parts, &raw->creep, i, &def->creep);
 }
 

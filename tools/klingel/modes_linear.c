@@ -1,4 +1,4 @@
-/* modes_linear.c - steady state, Jacobian and eigenvalues. */
+/* modes_linear.c - eigenvalues about a steady state. */
 #include "modes_linear.h"
 
 #include <float.h>
@@ -7,23 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define N KL_MAX_STATES
-#define MAX_NEWTON 40
-#define MAX_SETTLE 3000
-#define LONG_S 1e8
-#define STEADY 1e-9 /* rates below this, relative to their states' scale, are zero */
+#include "modes_steady.h"
 
-/* Differences: small against table steps and creep saturation, large against rounding. */
-#define STEP_POSITION 1e-7 /* m, rad */
-#define STEP_RATE 1e-6     /* m/s, rad/s */
-#define STEP_SPIN 1e-5     /* rad/s */
+#define N KL_MAX_STATES
 
 struct linear {
     const struct modes_request *request;
-    struct kl_input input;
-    struct kl_state state;
-    double step[N];
-    double matrix[N * N]; /* row by row */
+    struct jacobian_plan plan;
+    double matrix[N * N]; /* row by row; LAPACK writes over it */
 };
 
 /* ---- names ---- */
@@ -59,180 +50,11 @@ void modes_name(const struct kl_model *model, struct modes_names *names) {
                  kl_wheelset_state_index(model, w, KL_WS_YAW_RATE), (double)ws->inertia_yaw_kgm2);
         add_name(names, ws->name, "spin", -1, kl_wheelset_state_index(model, w, KL_WS_SPIN),
                  (double)ws->inertia_spin_kgm2);
-    }
-}
-
-/* ---- Jacobian ---- */
-
-static void rates_at(const struct linear *l, uint32_t state, double displacement, kl_real *rates) {
-    struct kl_state moved = l->state;
-    moved.x[state] += (kl_real)displacement;
-    kl_rates(l->request->model, &moved, &l->input, rates, NULL);
-}
-
-/* The distance that is really between x + h and x - h, after rounding. */
-static double width(const struct linear *l, uint32_t state, double h) {
-    volatile kl_real high = l->state.x[state] + (kl_real)h;
-    volatile kl_real low = l->state.x[state] - (kl_real)h;
-    return (double)(high - low);
-}
-
-/*
- * One column. A saturating creep law has |creepage| in it: central differences of that have an
- * error of the first order in the step. Two steps, extrapolated to zero, take it away, and leave
- * what is smooth as it was.
- */
-static void differentiate(struct linear *l, uint32_t column, double factor) {
-    kl_real high[N];
-    kl_real low[N];
-    const uint32_t n = l->state.n_states;
-    for (int pass = 0; pass < 2; pass++) {
-        double h = l->step[column] * factor * (pass == 0 ? 1.0 : 0.5);
-        double weight = pass == 0 ? -1.0 : 2.0;
-        double inverse = weight / width(l, column, h);
-        rates_at(l, column, h, high);
-        rates_at(l, column, -h, low);
-        for (uint32_t i = 0; i < n; i++) {
-            double *at = &l->matrix[i * n + column];
-            *at = (pass == 0 ? 0.0 : *at) + inverse * ((double)high[i] - (double)low[i]);
+        const int32_t twist = kl_wheelset_state_index(model, w, KL_WS_TWIST);
+        if (twist >= 0) {
+            add_name(names, ws->name, "twist", -1, twist, (double)ws->inertia_spin_kgm2);
         }
     }
-}
-
-static void linearise(struct linear *l, double factor) {
-    for (uint32_t i = 0; i < l->state.n_states; i++) {
-        differentiate(l, i, factor);
-    }
-}
-
-/* ---- steady state ---- */
-
-static double residual(const struct linear *l, kl_real *rates) {
-    double worst = 0.0;
-    kl_rates(l->request->model, &l->state, &l->input, rates, NULL);
-    for (uint32_t i = 0; i < l->state.n_states; i++) {
-        double rate = fabs((double)rates[i]);
-        worst = rate > worst || isnan(rate) ? rate : worst;
-    }
-    return worst;
-}
-
-/* Solves (I/dt - J) step = rates; dt HUGE_VAL is Newton's step. False if that is singular. */
-static bool find_step(struct linear *l, const kl_real *rates, double dt_s, double step[N]) {
-    double matrix[N * N];
-    lapack_int pivot[N];
-    const lapack_int n = (lapack_int)l->state.n_states;
-    linearise(l, 1.0);
-    for (lapack_int i = 0; i < n * n; i++) {
-        matrix[i] = -l->matrix[i];
-    }
-    for (lapack_int i = 0; i < n; i++) {
-        matrix[i * n + i] += 1.0 / dt_s;
-        step[i] = (double)rates[i];
-    }
-    return LAPACKE_dgesv(LAPACK_ROW_MAJOR, n, 1, matrix, n, pivot, step, 1) == 0;
-}
-
-static void go(struct linear *l, const struct kl_state *from, const double step[N], double share) {
-    for (uint32_t i = 0; i < l->state.n_states; i++) {
-        l->state.x[i] = from->x[i] + (kl_real)(share * step[i]);
-    }
-}
-
-/* One Newton step, halved until it helps. False if it does not, or J is singular. */
-static bool improve(struct linear *l, kl_real *rates, double *worst) {
-    double step[N];
-    const struct kl_state before = l->state;
-    /* a slider that sticks has no rate at all: J is singular, a very long step is not */
-    if (!find_step(l, rates, HUGE_VAL, step) && !find_step(l, rates, LONG_S, step)) {
-        return false;
-    }
-    for (double share = 1.0; share > 1e-3; share *= 0.5) {
-        go(l, &before, step, share);
-        double now = residual(l, rates);
-        if (now < *worst) {
-            *worst = now;
-            return true;
-        }
-    }
-    l->state = before;
-    (void)residual(l, rates);
-    return false;
-}
-
-/*
- * Follows the motion by implicit Euler, in longer and longer steps as it comes to rest: this gets
- * past the kinks of the tables, where Newton's steps go to and fro, but finds stable states only.
- */
-static void settle(struct linear *l, kl_real *rates, double *worst, double enough) {
-    double dt_s = 1e-3;
-    for (int i = 0; i<MAX_SETTLE && * worst> enough; i++) {
-        double step[N];
-        const struct kl_state before = l->state;
-        if (!find_step(l, rates, dt_s, step)) {
-            return;
-        }
-        go(l, &before, step, 1.0);
-        double now = residual(l, rates);
-        double ratio = *worst / now;
-        if (!isfinite(now) || ratio < 1e-2) {
-            l->state = before;
-            (void)residual(l, rates);
-            dt_s *= 0.1;
-            continue;
-        }
-        dt_s *= fmin(fmax(ratio, 0.3), 2.0);
-        dt_s = fmin(fmax(dt_s, 1e-4), 1e6);
-        *worst = now;
-    }
-}
-
-/* Accelerations are sums of forces over masses that cancel: their rounding is the limit. */
-static double tolerance(const struct linear *l) {
-    return (sizeof(kl_real) == sizeof(double) ? STEADY : 1e-2) *
-           (1.0 + (double)l->request->model->gravity_m_s2 + l->request->speed_m_s);
-}
-
-/* Newton's steps, and settling where they do not help. */
-static void iterate(struct linear *l, double *worst) {
-    kl_real rates[N];
-    *worst = residual(l, rates);
-    for (int i = 0; i<MAX_NEWTON && * worst> tolerance(l); i++) {
-        if (!improve(l, rates, worst)) {
-            break;
-        }
-    }
-    if (*worst > tolerance(l)) {
-        settle(l, rates, worst, tolerance(l));
-    }
-}
-
-static bool is_steady(const struct linear *l, double worst) {
-    return worst <= 1e3 * tolerance(l);
-}
-
-static int start(struct linear *l) {
-    enum kl_status status = kl_init(l->request->model, &l->state, (kl_real)l->request->at_m,
-                                    (kl_real)l->request->speed_m_s);
-    if (status != KL_OK) {
-        return cli_fail("cannot start at %g m/s: %s", l->request->speed_m_s,
-                        kl_status_text(status));
-    }
-    return CLI_OK;
-}
-
-static int find_steady(struct linear *l, double *worst) {
-    int status = start(l);
-    if (status != CLI_OK) {
-        return status;
-    }
-    iterate(l, worst);
-    if (!is_steady(l, *worst)) {
-        return cli_fail("no steady state at %g m/s, s = %g m: a rate of %g is left. Is the whole "
-                        "vehicle on one curvature there, and stable?",
-                        l->request->speed_m_s, l->request->at_m, *worst);
-    }
-    return CLI_OK;
 }
 
 /* ---- eigenvalues ---- */
@@ -243,10 +65,9 @@ struct eigen {
     double right[N * N];
 };
 
-static int solve(const struct linear *l, bool vectors, struct eigen *e) {
-    double matrix[N * N];
-    const lapack_int n = (lapack_int)l->state.n_states;
-    memcpy(matrix, l->matrix, sizeof matrix);
+static int solve(struct linear *l, bool vectors, struct eigen *e) {
+    double *matrix = l->matrix;
+    const lapack_int n = (lapack_int)l->request->model->n_states;
     for (lapack_int i = 0; i < n * n; i++) {
         if (!isfinite(matrix[i])) {
             return cli_fail("the linearised model is not finite");
@@ -279,11 +100,11 @@ static double compare(const struct eigen *a, const struct eigen *b, uint32_t n) 
 static void find_parts(const struct linear *l, const struct eigen *e, uint32_t k,
                        struct mode *mode) {
     const struct modes_names *names = l->request->names;
-    const uint32_t n = l->state.n_states;
+    const uint32_t n = l->request->model->n_states;
     const bool pair = e->imag[k] != 0.0;
     const bool neutral = hypot(e->real[k], e->imag[k]) <= MODES_NEUTRAL;
-    double share[KL_FREEDOMS * KL_MAX_BODIES + 3 * KL_MAX_WHEELSETS];
-    double phase[KL_FREEDOMS * KL_MAX_BODIES + 3 * KL_MAX_WHEELSETS];
+    double share[MODES_FREEDOMS];
+    double phase[MODES_FREEDOMS];
     double total = 0.0;
     for (uint32_t f = 0; f < names->n; f++) {
         int32_t position = names->freedom[f].position;
@@ -315,7 +136,7 @@ static void find_parts(const struct linear *l, const struct eigen *e, uint32_t k
 /* LAPACK keeps a pair as its real part in one column and its imaginary part in the next. */
 static void keep_vector(const struct linear *l, const struct eigen *e, uint32_t k,
                         struct modes *modes) {
-    const uint32_t n = l->state.n_states;
+    const uint32_t n = l->request->model->n_states;
     for (uint32_t i = 0; i < n; i++) {
         modes->vector_re[i * n + k] = e->right[i * n + k];
         modes->vector_im[i * n + k] = e->imag[k] != 0.0 ? e->right[i * n + k + 1] : 0.0;
@@ -335,7 +156,7 @@ static void collect(const struct linear *l, const struct eigen *e, struct modes 
     modes->n_modes = 0;
     modes->n_neutral = 0;
     modes->largest_real = -HUGE_VAL;
-    for (uint32_t k = 0; k < l->state.n_states; k++) {
+    for (uint32_t k = 0; k < l->request->model->n_states; k++) {
         if (hypot(e->real[k], e->imag[k]) <= MODES_NEUTRAL) {
             modes->n_neutral++;
         } else {
@@ -354,71 +175,54 @@ static void collect(const struct linear *l, const struct eigen *e, struct modes 
     qsort(modes->mode, modes->n_modes, sizeof modes->mode[0], by_frequency);
 }
 
-static void set_steps(struct linear *l) {
-    const struct modes_names *names = l->request->names;
-    const double wider = sizeof(kl_real) == sizeof(double) ? 1.0 : 1e3;
-    for (uint32_t i = 0; i < l->request->model->n_states; i++) {
-        l->step[i] = STEP_POSITION * wider; /* what is no freedom's: series dampers, sliders */
+/* ---- the whole ---- */
+
+static int find_steady(const struct modes_request *request, struct modes_steady *steady) {
+    int status = modes_steady(request, NULL, steady);
+    if (status == CLI_OK && !steady->found) {
+        return cli_fail("no steady state at %g m/s, s = %g m: a rate of %g is left. Is the whole "
+                        "vehicle on one curvature there, and stable?",
+                        request->speed_m_s, request->at_m, steady->residual);
     }
-    for (uint32_t f = 0; f < names->n; f++) {
-        const bool spin = names->freedom[f].position < 0;
-        if (!spin) {
-            l->step[names->freedom[f].position] = STEP_POSITION * wider;
-        }
-        l->step[names->freedom[f].rate] = (spin ? STEP_SPIN : STEP_RATE) * wider;
-    }
+    return status;
 }
 
-static void prepare(struct linear *l, const struct modes_request *request) {
-    memset(l, 0, sizeof *l);
-    l->request = request;
-    kl_input_init(&l->input);
-    l->input.speed_m_s = (kl_real)request->speed_m_s;
-    set_steps(l);
-}
-
-int modes_find(const struct modes_request *request, struct modes *modes) {
-    static struct linear l; /* too large for a stack */
-    static struct eigen e[2];
-    kl_real rates[N];
-    prepare(&l, request);
-    int status = find_steady(&l, &modes->residual);
-    if (status != CLI_OK) {
-        return status;
-    }
-    modes->n = l.state.n_states;
-    modes->state = l.state;
-    kl_rates(request->model, &l.state, &l.input, rates, &modes->output);
+static int find_modes(struct linear *l, struct eigen e[2], struct modes *modes) {
+    const struct modes_request *request = l->request;
+    struct kl_input input;
+    kl_input_init(&input);
+    input.speed_m_s = (kl_real)request->speed_m_s;
+    const struct jacobian_point at = {request->model, &input, &modes->state};
+    int status = CLI_OK;
+    modes->n = request->model->n_states;
     modes->insensitivity = 0.0;
+    jacobian_plan(request->model, &l->plan);
     if (request->check) {
-        linearise(&l, 4.0);
-        status = solve(&l, false, &e[1]);
+        jacobian(&l->plan, &at, JACOBIAN_EXACT, 4.0, l->matrix);
+        status = solve(l, false, &e[1]);
     }
-    linearise(&l, 1.0);
-    status = status == CLI_OK ? solve(&l, request->parts, &e[0]) : status;
+    jacobian(&l->plan, &at, JACOBIAN_EXACT, 1.0, l->matrix);
+    status = status == CLI_OK ? solve(l, request->parts, &e[0]) : status;
     if (status == CLI_OK) {
-        collect(&l, &e[0], modes);
+        collect(l, &e[0], modes);
         modes->insensitivity = request->check ? compare(&e[0], &e[1], modes->n) : 0.0;
     }
     return status;
 }
 
-int modes_steady(const struct modes_request *request, const struct kl_state *guess,
-                 struct modes_steady *steady) {
-    static struct linear l;
-    kl_real rates[N];
-    prepare(&l, request);
-    int status = start(&l);
-    if (status != CLI_OK) {
-        return status;
-    }
-    if (guess != NULL) {
-        memcpy(l.state.x, guess->x, sizeof l.state.x);
-    }
-    iterate(&l, &steady->residual);
-    steady->found = is_steady(&l, steady->residual);
-    kl_refresh(request->model, &l.state);
-    steady->state = l.state;
-    kl_rates(request->model, &l.state, &l.input, rates, &steady->output);
-    return CLI_OK;
+int modes_about(const struct modes_request *request, const struct modes_steady *steady,
+                struct modes *modes) {
+    static struct linear l; /* too large for a stack */
+    static struct eigen e[2];
+    modes->state = steady->state;
+    modes->output = steady->output;
+    modes->residual = steady->residual;
+    l.request = request;
+    return find_modes(&l, e, modes);
+}
+
+int modes_find(const struct modes_request *request, struct modes *modes) {
+    static struct modes_steady steady;
+    int status = find_steady(request, &steady);
+    return status == CLI_OK ? modes_about(request, &steady, modes) : status;
 }

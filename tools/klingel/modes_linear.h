@@ -40,14 +40,15 @@ struct modes {
 };
 
 /* The freedoms of a model: bodies' and wheelsets', each with the states of position and rate. */
+#define MODES_FREEDOMS (KL_FREEDOMS * KL_MAX_BODIES + 4 * KL_MAX_WHEELSETS)
 struct modes_names {
     uint32_t n;
     struct {
         char name[KL_NAME_SIZE + 8];
-        int32_t position; /* state; -1 for spin */
+        int32_t position; /* state; -1 for spin and twist */
         int32_t rate;
         double inertia;
-    } freedom[KL_FREEDOMS * KL_MAX_BODIES + 3 * KL_MAX_WHEELSETS];
+    } freedom[MODES_FREEDOMS];
 };
 void modes_name(const struct kl_model *model, struct modes_names *names);
 
@@ -58,6 +59,7 @@ struct modes_request {
     double at_m; /* distance */
     bool parts;  /* eigenvectors and parts too */
     bool check;  /* insensitivity too */
+    bool quick;  /* Newton's method alone for the steady state */
 };
 
 /*
@@ -68,19 +70,9 @@ struct modes_request {
  */
 int modes_find(const struct modes_request *request, struct modes *modes);
 
-/* The steady state alone, and the largest rate that is left in it. */
-struct modes_steady {
-    struct kl_state state;
-    struct kl_output output;
-    double residual;
-    bool found; /* the residual is zero but for rounding */
-};
-
-/*
- * From `guess` on, or from the centred state where that is NULL. CLI_OK with `found` false where
- * there is none, or CLI_FAILED (printed) where the model cannot start.
- */
-int modes_steady(const struct modes_request *request, const struct kl_state *guess,
-                 struct modes_steady *steady);
+/* The same about a state that was found already. */
+struct modes_steady;
+int modes_about(const struct modes_request *request, const struct modes_steady *steady,
+                struct modes *modes);
 
 #endif

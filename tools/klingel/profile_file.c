@@ -44,11 +44,6 @@ static bool fits(struct model_parts *parts, const char *key, const struct format
         model_error(parts, key, "%s is a %s profile, must be of a %s", r->name,
                     f->wheel == 1 ? "wheel" : "rail", r->wheel ? "wheel" : "rail");
     }
-    if (!f->own_axes && r->axes == PROFILE_AXES_OF_FILE) {
-        model_error(parts, key,
-                    "%s needs axes: inboard_down, inboard_up, outboard_down or outboard_up",
-                    r->name);
-    }
     if (f->own_units != (r->unit_m == 0.0)) {
         model_error(parts, key,
                     f->own_units ? "%s has its own units: goes without units"
@@ -101,11 +96,80 @@ static void swap_points(struct profile_text *t, uint32_t a, uint32_t b) {
     t->line_of[b] = line;
 }
 
+static bool is_outboard(enum profile_axes axes) {
+    return axes == PROFILE_OUTBOARD_DOWN || axes == PROFILE_OUTBOARD_UP;
+}
+
+static bool is_up(enum profile_axes axes) {
+    return axes == PROFILE_INBOARD_UP || axes == PROFILE_OUTBOARD_UP;
+}
+
+/* Whether a wheel with these axes has its flange inboard and down, and a tape circle. */
+static bool flange_fits(const struct profile_text *t, enum profile_axes axes) {
+    const double across = is_outboard(axes) ? -1.0 : 1.0;
+    const double down = is_up(axes) ? -1.0 : 1.0;
+    const double shift = t->request->flange_m;
+    bool before = false;
+    bool behind = false;
+    uint32_t tape = 0;
+    uint32_t far = 0;
+    for (uint32_t i = 0; i < t->n; i++) {
+        const double eta = across * t->first[i] + shift;
+        before = before || eta <= 0.0;
+        behind = behind || eta >= 0.0;
+        tape = fabs(eta) < fabs(across * t->first[tape] + shift) ? i : tape;
+    }
+    for (uint32_t i = 0; i < t->n; i++) {
+        const double off = fabs(t->second[i] - t->second[tape]);
+        far = off > fabs(t->second[far] - t->second[tape]) ? i : far;
+    }
+    return before && behind && down * (t->second[far] - t->second[tape]) > FLANGE_M &&
+           across * t->first[far] + shift > 0.0;
+}
+
+/* Whether a rail with its second number growing `up`, or down, is highest somewhere inside. */
+static bool head_fits(const struct profile_text *t, bool up) {
+    uint32_t top = 0;
+    for (uint32_t i = 1; i < t->n; i++) {
+        top = (up ? t->second[i] > t->second[top] : t->second[i] < t->second[top]) ? i : top;
+    }
+    return top > 0 && top + 1 < t->n;
+}
+
+/*
+ * Where nobody says: a wheel's flange tells both axes. A rail's head tells up and down; on which
+ * side the gauge corner is, a new head does not tell at all and a worn one not reliably.
+ */
+static int find_axes(struct profile_text *t) {
+    int found = 0;
+    for (int axes = 0; t->request->wheel && axes < PROFILE_AXES_OF_FILE; axes++) {
+        if (flange_fits(t, (enum profile_axes)axes)) {
+            t->axes = (enum profile_axes)axes;
+            found++;
+        }
+    }
+    if (found == 1) {
+        return 0;
+    }
+    if (t->request->wheel) {
+        return profile_say(t, 0,
+                           "needs axes: inboard_down, inboard_up, outboard_down or outboard_up; "
+                           "no flange more than %g mm below the tape circle tells which",
+                           1e3 * FLANGE_M);
+    }
+    const bool up = head_fits(t, true);
+    const bool down = head_fits(t, false);
+    return profile_say(t, 0, "needs axes: %s; the points do not tell the gauge corner's side",
+                       up == down ? "inboard_down, inboard_up, outboard_down or outboard_up"
+                       : up       ? "inboard_up or outboard_up"
+                                  : "inboard_down or outboard_down");
+}
+
 /* eta and zeta, in order of eta from end to end, doubled points dropped. */
 static int orient(struct profile_text *t) {
     const struct profile_request *r = t->request;
-    const bool outboard = r->axes >= PROFILE_OUTBOARD_DOWN; /* AXES_OF_FILE: outboard_down */
-    const bool up = r->axes == PROFILE_INBOARD_UP || r->axes == PROFILE_OUTBOARD_UP;
+    const bool outboard = is_outboard(t->axes);
+    const bool up = is_up(t->axes);
     uint32_t n = 0;
     for (uint32_t i = 0; i < t->n; i++) {
         t->first[i] = (outboard ? -t->first[i] : t->first[i]) + r->flange_m;
@@ -148,9 +212,6 @@ static bool kept(const struct profile_text *t, uint32_t i, double level) {
 static int cut(struct profile_text *t) {
     uint32_t first = anchor(t);
     uint32_t last = first;
-    if (t->n == 0) {
-        return profile_say(t, 0, "the file holds no points");
-    }
     const double level = t->second[first];
     if (!kept(t, first, level)) {
         return profile_say(
@@ -254,13 +315,20 @@ static int settle(struct profile_text *t, struct kl_profile_def *def) {
 
 int profile_file_read(struct model_parts *parts, const char *key,
                       const struct profile_request *request, struct kl_profile_def *def) {
-    struct profile_text t = {.parts = parts, .request = request};
+    struct profile_text t = {.parts = parts, .request = request, .axes = request->axes};
     const struct format *format = format_of(request->name);
     int status = fits(parts, key, format, request) ? open_text(&t, key) : -1;
     if (status == 0) {
         status = format->read(&t);
     }
     free(t.text);
+    if (status == 0 && t.n == 0) {
+        status = profile_say(&t, 0, "the file holds no points");
+    }
+    if (status == 0 && t.axes == PROFILE_AXES_OF_FILE) {
+        t.axes = PROFILE_OUTBOARD_DOWN;
+        status = format->own_axes ? 0 : find_axes(&t);
+    }
     if (status != 0 || orient(&t) != 0 || cut(&t) != 0 || check_shape(&t) != 0 ||
         check_order(&t) != 0) {
         return -1;

@@ -9,8 +9,11 @@
  *             wheel or rail, y to the right and z down: axes outboard_down.
  * .whl .ban   MiniProf: "Key=value" lines, then rows in mm, XOffset and YOffset added. ColumnDef
  *             names the columns, XYPoints counts the rows; other keys describe the measurement.
- *             Which way X and Y grow differs from file to file and must be stated.
- * others      two numbers to a line; axes and units must be stated.
+ *             Which way X and Y grow differs from file to file and is not taken from the keys.
+ * others      two numbers to a line; units must be stated.
+ *
+ * Where the model states no axes for the last two, a wheel's flange tells them: inboard and down,
+ * more than 8 mm below the tape circle. A rail's must be stated.
  *
  * All become Klingel's coordinates (kl_profile.h), in order of eta. A wheel's height is moved so
  * that it is zero at the tape circle, where radius_m is its radius.

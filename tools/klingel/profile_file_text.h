@@ -12,7 +12,8 @@ struct profile_text {
     struct model_parts *parts;
     const char *path;
     const struct profile_request *request;
-    char *text; /* the file, cut up as it is read */
+    enum profile_axes axes; /* as requested, or as found out */
+    char *text;             /* the file, cut up as it is read */
     char *rest;
     unsigned line; /* of the last line read, from 1 */
     uint32_t n;    /* points */

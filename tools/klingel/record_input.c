@@ -43,11 +43,29 @@ void record_inputs_of(const struct kl_model *model, struct record_inputs *inputs
     for (uint32_t i = 0; i < count_actuators(model); i++) {
         inputs->place[n++] = (uint16_t)(PLACE(actuator_N) + i);
     }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        if (model->wheelsets[w].independent != 0) {
+            inputs->place[n++] = (uint16_t)(PLACE(twist_torque_Nm) + w);
+        }
+    }
     inputs->n = n;
+}
+
+/* The i-th wheelset with independent wheels. */
+static const char *independent(const struct kl_model *model, uint32_t i) {
+    uint32_t w = 0;
+    for (uint32_t n = 0; w + 1u < model->n_wheelsets; w++) {
+        n += model->wheelsets[w].independent;
+        if (n > i) {
+            break;
+        }
+    }
+    return model->wheelsets[w].name;
 }
 
 void record_input_name(const struct kl_model *model, uint32_t i, char name[RECORD_INPUT_NAME]) {
     const uint32_t bodies = 1u + OF_WHEELSET * model->n_wheelsets;
+    const uint32_t twists = bodies + model->n_bodies + count_actuators(model);
     if (i == 0) {
         snprintf(name, RECORD_INPUT_NAME, "speed_m_s");
     } else if (i < bodies) {
@@ -62,6 +80,8 @@ void record_input_name(const struct kl_model *model, uint32_t i, char name[RECOR
         }
     } else if (i < bodies + model->n_bodies) {
         snprintf(name, RECORD_INPUT_NAME, "%s.side_force_N", model->bodies[i - bodies].name);
+    } else if (i >= twists) {
+        snprintf(name, RECORD_INPUT_NAME, "%s.twist_torque_Nm", independent(model, i - twists));
     } else {
         snprintf(name, RECORD_INPUT_NAME, "actuator_%u_N",
                  (unsigned)(i - bodies - model->n_bodies + 1u));

@@ -169,6 +169,6 @@ enum replay_result replay_next(struct replay *p) {
     }
     p->todo--;
     p->steps++;
-    kl_step(&p->m.model, &p->state, &p->input, &p->output);
+    kl_step(&p->m.model, &p->state, &p->input, &p->output, cli_work());
     return REPLAY_STEP;
 }

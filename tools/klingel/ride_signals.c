@@ -116,9 +116,9 @@ static void keep(struct ride_record *r, const struct kl_output *o) {
         const struct kl_wheelset_output *ws = &o->wheelset[w];
         r->sum_y_N[w][i] = (double)ws->force_y_N;
         for (int s = 0; s < KL_SIDES; s++) {
-            const double y = (double)ws->wheel[s].y_N;
+            const double y = (double)ws->y_N[s];
             r->y_N[w][s][i] = s == KL_RIGHT ? y : -y;
-            r->q_N[w][s][i] = (double)ws->wheel[s].q_N;
+            r->q_N[w][s][i] = (double)ws->q_N[s];
         }
     }
 }
@@ -133,7 +133,8 @@ int ride_simulate(struct ride_record *r, const struct ride_run *run) {
     if (!take_all(r, (size_t)steps + 1)) {
         return cli_fail("out of memory for %.0f steps", (double)steps);
     }
-    enum kl_status status = kl_init(r->model, &state, (kl_real)run->from_m, (kl_real)r->speed_m_s);
+    enum kl_status status =
+        kl_init(r->model, &state, (kl_real)run->from_m, (kl_real)r->speed_m_s, cli_work());
     if (status != KL_OK) {
         return cli_fail("cannot start: %s", kl_status_text(status));
     }
@@ -141,7 +142,7 @@ int ride_simulate(struct ride_record *r, const struct ride_run *run) {
     input.speed_m_s = (kl_real)r->speed_m_s;
     r->rate_Hz = 1.0 / h;
     for (uint64_t i = 1; i <= steps; i++) {
-        r->faults = kl_step(r->model, &state, &input, &output);
+        r->faults = kl_step(r->model, &state, &input, &output, cli_work());
         r->ended_s = (double)i * h;
         if ((r->faults & KL_FAULTS_HOLD) != 0) {
             return cli_fail("the run ended at s = %.1f m: the vehicle %s", (double)state.s_m,

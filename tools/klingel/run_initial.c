@@ -22,6 +22,7 @@ static const struct coordinate {
     {"roll_rate", -1, KL_ROLL, 1, "rad/s"},
     {"pitch_rate", -1, KL_PITCH, 1, "rad/s"},
     {"spin", KL_WS_SPIN, -1, 1, "rad/s"},
+    {"twist", KL_WS_TWIST, -1, 1, "rad/s"},
 };
 #define N_COORDINATES (sizeof coordinates / sizeof coordinates[0])
 
@@ -103,7 +104,7 @@ int run_set_initial(const struct kl_model *model, struct kl_state *state, const 
             return cli_misuse("--initial %s: %s", assignment, why);
         }
         /* rates in the state hold what the track does as well; kl_init has put that in */
-        bool added = c->rate != 0 && c->wheelset != KL_WS_SPIN;
+        bool added = c->rate != 0 && c->wheelset != KL_WS_SPIN && c->wheelset != KL_WS_TWIST;
         state->x[index] = (kl_real)value + (added ? state->x[index] : (kl_real)0);
         return CLI_OK;
     }

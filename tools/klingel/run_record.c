@@ -45,16 +45,17 @@ void run_record_init(struct run_record *record, const struct kl_model *model) {
     }
 }
 
-static void add_wheel(struct wheel_extremes *e, const struct kl_wheel_output *wheel, int side,
+static void add_wheel(struct wheel_extremes *e, const struct kl_wheelset_output *o, int side,
                       double t) {
-    double q = (double)wheel->q_N;
+    double q = (double)o->q_N[side];
+    double y = (double)o->y_N[side];
     /* Y on the rail, counted outwards: the flange of this wheel pushes that way */
-    double outwards = side == KL_RIGHT ? (double)wheel->y_N : -(double)wheel->y_N;
+    double outwards = side == KL_RIGHT ? y : -y;
     if (q < e->q_least_N.value) {
         e->q_least_N = (struct extreme){q, t};
     }
     larger(&e->q_most_N, q, t);
-    farther(&e->y_most_N, (double)wheel->y_N, t);
+    farther(&e->y_most_N, y, t);
     if (q > 0.0) {
         larger(&e->y_over_q, outwards / q, t);
     }
@@ -75,7 +76,7 @@ void run_record_add(struct run_record *record, const struct kl_output *output) {
         farther(&e->yaw_rad, (double)o->yaw_rad, t);
         farther(&e->force_y_N, (double)o->force_y_N, t);
         for (int s = 0; s < KL_SIDES; s++) {
-            add_wheel(&e->wheel[s], &o->wheel[s], s, t);
+            add_wheel(&e->wheel[s], o, s, t);
         }
     }
 }
@@ -142,8 +143,8 @@ void run_record_hold_text(const struct run_record *record, char *text, size_t si
 void run_csv_header(FILE *file, const struct kl_model *model) {
     static const char *const wheelset_column[] = {
         "y_m", "yaw_rad", "z_m", "roll_rad", "spin_rad_s", "y_acc_m_s2", "sum_of_Y_N", "track_y_m"};
-    static const char *const wheel_column[] = {"Q_N", "Y_N", "T1_N", "T2_N", "delta_rad",
-                                              "flange_N", "rail_m", "rise_m"};
+    static const char *const wheel_column[] = {"Q_N",       "Y_N",      "T1_N",          "T2_N",
+                                               "delta_rad", "flange_N", "rail_m", "rise_m"};
     fprintf(file, "time_s,s_m,speed_m_s,curvature_1_m,cant_rad,faults");
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
@@ -159,13 +160,15 @@ void run_csv_header(FILE *file, const struct kl_model *model) {
         for (size_t i = 0; i < sizeof wheelset_column / sizeof wheelset_column[0]; i++) {
             fprintf(file, ",%s_%s", name, wheelset_column[i]);
         }
+        if (model->wheelsets[w].independent != 0) {
+            fprintf(file, ",%s_twist_rad_s", name);
+        }
         for (int s = 0; s < KL_SIDES; s++) {
             for (size_t i = 0; i < sizeof wheel_column / sizeof wheel_column[0]; i++) {
                 fprintf(file, ",%s_%s_%s", name, side_name[s], wheel_column[i]);
             }
         }
     }
-    fputc('\n', file);
 }
 
 static void put(FILE *file, kl_real value) {
@@ -191,21 +194,22 @@ void run_csv_row(FILE *file, const struct kl_model *model, const struct kl_outpu
         const struct kl_wheelset_output *o = &output->wheelset[w];
         const kl_real values[] = {
             o->y_m,        o->yaw_rad,    o->z_m,       o->roll_rad,
-            o->spin_rad_s, o->y_acc_m_s2, o->force_y_N, o->track.value.lateral_m};
+            o->spin_rad_s, o->y_acc_m_s2, o->force_y_N, o->irregularity.lateral_m};
         for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
             put(file, values[i]);
         }
+        if (model->wheelsets[w].independent != 0) {
+            put(file, o->twist_rad_s);
+        }
         for (int s = 0; s < KL_SIDES; s++) {
-            const struct kl_wheel_output *wheel = &o->wheel[s];
-            put(file, wheel->q_N);
-            put(file, wheel->y_N);
-            put(file, wheel->tread.t1_N);
-            put(file, wheel->tread.t2_N);
-            put(file, wheel->tread.delta_rad);
-            put(file, wheel->flange.normal_N);
-            put(file, wheel->rail_m);
-            put(file, wheel->rise_m);
+            put(file, o->q_N[s]);
+            put(file, o->y_N[s]);
+            put(file, o->tread.t1_N[s]);
+            put(file, o->tread.t2_N[s]);
+            put(file, o->tread.delta_rad[s]);
+            put(file, o->flange.normal_N[s]);
+            put(file, o->rail_m[s]);
+            put(file, o->rise_m[s]);
         }
     }
-    fputc('\n', file);
 }

@@ -43,7 +43,7 @@ void run_record_print(const struct run_record *record, FILE *file);
 /* What the holding faults were: "derailed at 1.234 s"; "" for none. */
 void run_record_hold_text(const struct run_record *record, char *text, size_t size);
 
-/* Header and rows of the CSV. */
+/* Header and rows of the CSV, to be ended by whoever has more columns or none. */
 void run_csv_header(FILE *file, const struct kl_model *model);
 void run_csv_row(FILE *file, const struct kl_model *model, const struct kl_output *output);
 

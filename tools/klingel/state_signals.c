@@ -67,6 +67,12 @@ static uint32_t name_states(const struct kl_model *model, struct state_signal *s
             add(signals, &n, rates ? "mm/s" : "mm", model->wheelsets[w].name, name);
         }
     }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        if (model->wheelsets[w].independent != 0) {
+            snprintf(name, sizeof name, "twist%s", next);
+            add(signals, &n, rates ? "rad/s2" : "rad/s", model->wheelsets[w].name, name);
+        }
+    }
     return n;
 }
 

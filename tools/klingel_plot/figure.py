@@ -8,6 +8,8 @@ PANEL is a rectangle of cells in a grid whose columns are equally wide:
   {"row": 0, "column": 0, "rows": 1, "columns": 1, "title": TEXT?, "x_label": TEXT?, "y_label": TEXT?,
    "x_range": [low, high]?, "y_range": [low, high]?, "equal": false, "y_down": false, "x_log": false, "y_log": false,
    "items": [ITEM, ...]}
+A panel with "sheet_mm": [width, height] has no axes: it is a sheet of paper, drawn on in mm from its lower left corner, as
+wide as every picture; then it is the only panel.
 `equal`: the same scale on both axes. `x_log`, `y_log`: logarithmic; may be left out. Labels carry the unit in brackets; numbers are in that unit.
 
 ITEM is drawn in the order given; colours and pens are the names in style.py:
@@ -15,11 +17,16 @@ ITEM is drawn in the order given; colours and pens are the names in style.py:
   {"kind": "rays", STYLE, "x0": [...], "y0": [...], "x1": [...], "y1": [...]}   separate straight lines
   {"kind": "mark", STYLE, "axis": "x" | "y", "at": NUMBER, "text": TEXT?}        a line across the panel
   {"kind": "text", STYLE, "at": [x, y], "text": TEXT}                 centred there
+  {"kind": "fill", STYLE, "x": [...], "y": [...]}                     a polygon in a pale tone, without an edge
+  {"kind": "word", STYLE, "at": [x, y], "text": TEXT, "points": SIZE, "align": "l" | "c" | "r", "boxed": BOOL}
 STYLE: "colour": NAME, "pen": NAME, "thin": BOOL, "label": TEXT?      label: its name in the legend
 """
 
 from __future__ import annotations
 
+import hashlib
+import io
+import json
 import math
 from typing import Any, BinaryIO
 
@@ -80,7 +87,21 @@ def _draw_text(axes, item: dict[str, Any]) -> None:
               zorder=4, clip_on=True)
 
 
-_DRAW = {"line": _draw_line, "rays": _draw_rays, "mark": _draw_mark, "text": _draw_text}
+def _draw_fill(axes, item: dict[str, Any]) -> None:
+    axes.fill(_numbers(item["x"]), _numbers(item["y"]), color=style.COLOURS[item["colour"]], alpha=style.PALE, linewidth=0,
+              zorder=1)
+
+
+def _draw_word(axes, item: dict[str, Any]) -> None:
+    colour = style.COLOURS[item["colour"]]
+    rim = {"boxstyle": "circle,pad=0.22", "facecolor": "white", "edgecolor": colour, "linewidth": 0.7}
+    axes.text(*item["at"], item["text"], color=colour, ha={"l": "left", "c": "center", "r": "right"}[item["align"]],
+              va="center_baseline" if item["boxed"] else "center", fontsize=item["points"], zorder=5,
+              bbox=rim if item["boxed"] else None)
+
+
+_DRAW = {"line": _draw_line, "rays": _draw_rays, "mark": _draw_mark, "text": _draw_text, "fill": _draw_fill,
+         "word": _draw_word}
 
 
 def _draw_panel(axes, panel: dict[str, Any]) -> None:
@@ -104,13 +125,54 @@ def _draw_panel(axes, panel: dict[str, Any]) -> None:
         axes.legend(loc="best", handlelength=2.2)
 
 
+def _draw_sheet(axes, panel: dict[str, Any]) -> None:
+    width, height = panel["sheet_mm"]
+    axes.set_axis_off()
+    axes.set_xlim(0.0, width)
+    axes.set_ylim(0.0, height)
+    for item in panel["items"]:
+        _DRAW[item["kind"]](axes, item)
+
+
 def _draw_head(figure, title: str, notes: str | None) -> None:
     """Title and notes in a strip of their own, whatever the figure's height."""
     height = figure.get_figheight()
-    figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - style.HEAD_IN / height))
+    if figure.get_layout_engine():
+        figure.get_layout_engine().set(rect=(0.0, 0.0, 1.0, 1.0 - style.HEAD_IN / height))
     figure.text(0.012, 1.0 - 0.12 / height, title, ha="left", va="top", fontsize=12.5, fontweight="bold")
     if notes:
         figure.text(0.012, 1.0 - 0.39 / height, notes, ha="left", va="top", fontsize=8.5, color="#444444")
+
+
+def _draw_grid(plt, panels: list[dict[str, Any]]):
+    rows = max(panel["row"] + panel["rows"] for panel in panels)
+    columns = max(panel["column"] + panel["columns"] for panel in panels)
+    figure = plt.figure(figsize=(style.WIDTH_IN, style.HEAD_IN + style.ROW_IN * rows), layout="constrained")
+    grid = figure.add_gridspec(rows, columns)
+    for panel in panels:
+        cells = grid[panel["row"]:panel["row"] + panel["rows"], panel["column"]:panel["column"] + panel["columns"]]
+        _draw_panel(figure.add_subplot(cells), panel)
+    return figure
+
+
+def _save_few_colours(figure, file: BinaryIO, metadata: dict[str, str]) -> None:
+    """A drawing of lines needs a third of the bytes so."""
+    import PIL.Image
+    import PIL.PngImagePlugin
+
+    full = io.BytesIO()
+    figure.savefig(full, format="png", dpi=style.DPI)
+    texts = PIL.PngImagePlugin.PngInfo()
+    for key, text in metadata.items():
+        texts.add_text(key, text)
+    few = PIL.Image.open(full).convert("RGB").quantize(64, dither=PIL.Image.Dither.NONE)
+    few.save(file, format="png", optimize=True, dpi=(style.DPI, style.DPI), pnginfo=texts)
+
+
+def fingerprint(description: dict[str, Any]) -> str:
+    """Of what a picture shows, whatever version of Matplotlib draws it; PNG files carry it as their Description."""
+    content = json.dumps({key: value for key, value in description.items() if key != "format"}, sort_keys=True)
+    return "klingel_plot " + hashlib.sha256(content.encode()).hexdigest()[:32]
 
 
 def draw(description: dict[str, Any], file: BinaryIO) -> None:
@@ -124,19 +186,21 @@ def draw(description: dict[str, Any], file: BinaryIO) -> None:
         if description["klingel_plot"] != VERSION:
             raise DescriptionError(f"version {description['klingel_plot']}: this program knows {VERSION}")
         panels = description["panels"]
-        rows = max(panel["row"] + panel["rows"] for panel in panels)
-        columns = max(panel["column"] + panel["columns"] for panel in panels)
         with plt.rc_context(style.SETTINGS):
-            figure = plt.figure(figsize=(style.WIDTH_IN, style.HEAD_IN + style.ROW_IN * rows), layout="constrained")
-            grid = figure.add_gridspec(rows, columns)
-            for panel in panels:
-                cells = grid[panel["row"]:panel["row"] + panel["rows"],
-                             panel["column"]:panel["column"] + panel["columns"]]
-                _draw_panel(figure.add_subplot(cells), panel)
+            if "sheet_mm" in panels[0]:
+                body = panels[0]["sheet_mm"][1] / 25.4
+                figure = plt.figure(figsize=(style.WIDTH_IN, style.HEAD_IN + body))
+                _draw_sheet(figure.add_axes((0.0, 0.0, 1.0, body / (style.HEAD_IN + body))), panels[0])
+            else:
+                figure = _draw_grid(plt, panels)
             _draw_head(figure, description["title"], description["notes"])
-            # the same description gives the same file: no date in it
-            undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}.get(description["format"])
-            figure.savefig(file, format=description["format"], dpi=style.DPI, metadata=undated)
+            # the same description gives the same file: no date in it, but what it was drawn from
+            metadata = {"png": {"Description": fingerprint(description)}, "pdf": {"CreationDate": None},
+                        "svg": {"Date": None}}[description["format"]]
+            if description["format"] == "png" and "sheet_mm" in panels[0]:
+                _save_few_colours(figure, file, metadata)
+            else:
+                figure.savefig(file, format=description["format"], dpi=style.DPI, metadata=metadata)
             plt.close(figure)
     except (KeyError, TypeError, IndexError, AttributeError) as error:
         raise DescriptionError(f"{type(error).__name__}: {error}") from error

@@ -8,11 +8,12 @@ COLOURS = {"first": "#0072B2", "second": "#D55E00", "third": "#009E73", "fourth"
            "sixth": "#56B4E9", "ink": "#222222", "quiet": "#8C8C8C"}
 PENS = {"solid": "-", "dashed": (0, (5, 2.5)), "dotted": (0, (1, 1.8)), "points": "none"}
 
-WIDTH_IN = 11.0  # of a picture, whatever its grid
+WIDTH_IN = 11.0  # of a picture, whatever its grid; CLI_PLOT_WIDTH_MM of cli_plot.h
 ROW_IN = 2.9  # of one row of the grid
 HEAD_IN = 0.75  # title and notes
 DPI = 130
 LINE, THIN = 1.6, 0.7
+PALE = 0.10  # opacity of filled areas
 
 SETTINGS = {
     "font.family": "DejaVu Sans", "font.size": 9, "axes.titlesize": 10, "axes.titlelocation": "left",
