@@ -79,7 +79,7 @@ static enum kl_status turn_points(const struct kl_profile_def *def, double rotat
 
 /* zeta is a function of eta, and not too steep. */
 static enum kl_status check_points(const double *eta, const double *zeta, uint32_t n,
-                                   struct kl_diag *diag) {
+                                   double rotate_rad, struct kl_diag *diag) {
     for (uint32_t i = 1; i < n; i++) {
         if (!(eta[i] - eta[i - 1] > 1e-7)) {
             return kl_report(diag, KL_ERR_PROFILE,
@@ -87,7 +87,10 @@ static enum kl_status check_points(const double *eta, const double *zeta, uint32
                              (int32_t)i, eta[i]);
         }
         if (!(kl_abs(zeta[i] - zeta[i - 1]) < STEEPEST_SLOPE * (eta[i] - eta[i - 1]))) {
-            return kl_report(diag, KL_ERR_PROFILE, "profile is steeper than 89.4 degrees",
+            return kl_report(diag, KL_ERR_PROFILE,
+                             rotate_rad != 0.0 ? "profile, turned by the rail's inclination, is "
+                                                 "steeper than 89.4 degrees (canted already?)"
+                                               : "profile is steeper than 89.4 degrees",
                              (int32_t)i, eta[i]);
         }
     }
@@ -124,8 +127,9 @@ static enum kl_status spline_points(const struct kl_profile_def *def, double rot
         profile->eta_m = smooth_eta;
         profile->zeta_m = smooth_zeta;
     }
-    return status == KL_OK ? check_points(profile->eta_m, profile->zeta_m, profile->n_points, diag)
-                           : status;
+    return status == KL_OK
+               ? check_points(profile->eta_m, profile->zeta_m, profile->n_points, rotate_rad, diag)
+               : status;
 }
 
 static enum kl_status build_points(const struct kl_profile_def *def, double rotate_rad,

@@ -72,20 +72,22 @@ void kl_struts_act(const struct kl_struts *restrict struts,
                    const struct kl_slip_origin *restrict from, kl_both *restrict q,
                    const struct kl_input *restrict input, kl_real *restrict force,
                    struct kl_slipped *restrict slipped) {
+    /* C11 does not make a pointer to arrays one to constant arrays by itself */
+    const kl_both *motion = (const kl_both *)q;
     uint32_t strut = 0;
     uint32_t table = 0;
     kl_both d;
     kl_real twice;
     for (uint32_t i = 0; i < struts->n_slips; i++, strut++) {
-        deflection(struts, strut, q, &d);
+        deflection(struts, strut, motion, &d);
         pull(struts, strut, slip(&struts->slip[i], from, i, d[COORDINATE], slipped), force);
     }
     for (uint32_t i = 0; i < struts->n_stops; i++, strut++, table++) {
-        deflection(struts, strut, q, &d);
+        deflection(struts, strut, motion, &d);
         pull(struts, strut, bent(struts, table, d[COORDINATE], &twice), force);
     }
     for (uint32_t i = 0; i < struts->n_dampers; i++, strut++, table++) {
-        deflection(struts, strut, q, &d);
+        deflection(struts, strut, motion, &d);
         pull(struts, strut, bent(struts, table, d[RATE], &twice), force);
     }
     for (uint32_t i = 0; i < struts->n_actuators; i++, strut++) {
@@ -110,17 +112,18 @@ kl_real kl_strut_force(const struct kl_strut_view *view, uint32_t strut) {
 }
 
 kl_real kl_struts_energy(const struct kl_struts *struts, const kl_real *u, kl_both *q) {
+    const kl_both *motion = (const kl_both *)q;
     kl_real sum = KL_R(0);
     kl_both d;
     for (uint32_t i = 0; i < struts->n_slips; i++) {
         const struct kl_slip *s = &struts->slip[i];
-        deflection(struts, i, q, &d);
+        deflection(struts, i, motion, &d);
         const kl_real held = kl_clamp(d[COORDINATE] - u[i], -s->most_m, s->most_m);
         sum += s->k * (held * held);
     }
     for (uint32_t i = 0; i < struts->n_stops; i++) {
         kl_real twice;
-        deflection(struts, struts->n_slips + i, q, &d);
+        deflection(struts, struts->n_slips + i, motion, &d);
         (void)bent(struts, i, d[COORDINATE], &twice);
         sum += twice;
     }

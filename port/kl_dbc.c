@@ -110,7 +110,7 @@ static void put_attributes(struct writer *w, const struct kl_message *message, u
     }
     put_attribute(w, "GenMsgSendType", id, cycle_us > 0 ? 0 : 1);
     if (message->data_id != 0) {
-        put_attribute(w, "E2EDataId", id, message->data_id);
+        put_attribute(w, "E2EDataId", id, message->data_id + instance);
     }
     if (message->timeout_cycles != 0) {
         put_attribute(w, "TimeoutCycles", id, message->timeout_cycles);

@@ -28,8 +28,13 @@ static enum kl_status load_initial(struct kl_node *node) {
                                     config->start_speed_m_s, config->work);
     if (loaded == KL_OK) {
         node->output_stale = true;
-        if (!node->speed_supervised) {
+        if (!node->speed.supervised) {
             config->input->speed_m_s = config->start_speed_m_s;
+        }
+        for (uint32_t i = 0; i < node->layout.n_actuators; i++) {
+            if (!node->actuator[i].supervised) {
+                config->input->actuator_N[i] = (kl_real)KL_NODE_SAFE_FORCE_N;
+            }
         }
     }
     return loaded;
@@ -215,39 +220,68 @@ static bool speed_in_range(kl_real speed_m_s) {
     return speed_m_s >= 0 && speed_m_s <= (kl_real)KL_MAX_SPEED_M_S;
 }
 
-static void take_setpoint(struct kl_node *node, const struct kl_can_frame *frame) {
-    struct kl_bus_command command = {0};
-    if (!well_formed(node, KL_MSG_SPEED_SETPOINT, frame)) {
-        return;
+/* Reads a value's command; true where it is right, and then begins its time again. */
+static bool take_command(struct kl_node *node, enum kl_message_index index,
+                         struct kl_node_watch *watch, const struct kl_can_frame *frame,
+                         struct kl_bus_command *command) {
+    if (!well_formed(node, index, frame)) {
+        return false;
     }
-    enum kl_protect_result judged =
-        kl_protect_check(&node->speed_setpoint, frame->data, frame->length);
+    enum kl_protect_result judged = kl_protect_check(&watch->protect, frame->data, frame->length);
     if (judged == KL_PROTECT_BAD_CRC || judged == KL_PROTECT_REPEATED) {
         node->counts.protection++;
-        return;
+        return false;
     }
-    if (kl_message_decode(&kl_signal_messages()[KL_MSG_SPEED_SETPOINT], frame, &command) != KL_OK ||
-        command.control > 1 || !speed_in_range(command.speed_m_s)) {
+    const bool force = index == KL_MSG_ACTUATOR;
+    if (kl_message_decode(&kl_signal_messages()[index], frame, command) != KL_OK ||
+        command->control > 1 ||
+        !(force ? command->actuator_N - command->actuator_N == 0
+                : speed_in_range(command->speed_m_s))) {
         node->counts.malformed++;
-        return;
+        return false;
     }
-    node->config.input->speed_m_s = command.speed_m_s;
-    node->speed_supervised = command.control == 1;
-    node->speed_late = false;
-    node->speed_wait = 0;
-    node->counts.setpoints++;
+    watch->supervised = command->control == 1;
+    watch->late = false;
+    watch->wait = 0;
+    return true;
 }
 
-static void watch_setpoint(struct kl_node *node) {
-    if (!node->speed_supervised || node->speed_late) {
-        return;
+static void take_setpoint(struct kl_node *node, const struct kl_can_frame *frame) {
+    struct kl_bus_command command = {0};
+    if (take_command(node, KL_MSG_SPEED_SETPOINT, &node->speed, frame, &command)) {
+        node->config.input->speed_m_s = command.speed_m_s;
+        node->counts.setpoints++;
     }
-    if (node->speed_wait >= node->speed_timeout) {
-        node->speed_late = true;
-        node->counts.late++;
+}
+
+static void take_force(struct kl_node *node, uint32_t i, const struct kl_can_frame *frame) {
+    struct kl_bus_command command = {0};
+    if (take_command(node, KL_MSG_ACTUATOR, &node->actuator[i], frame, &command)) {
+        node->config.input->actuator_N[i] = command.actuator_N;
+        node->counts.forces++;
+    }
+}
+
+/* True where the safe value steps in. */
+static bool becomes_late(struct kl_node *node, struct kl_node_watch *watch) {
+    if (!watch->supervised || watch->late) {
+        return false;
+    }
+    watch->late = watch->wait >= watch->timeout;
+    node->counts.late += watch->late ? 1u : 0u;
+    watch->wait++;
+    return watch->late;
+}
+
+static void watch_commands(struct kl_node *node) {
+    if (becomes_late(node, &node->speed)) {
         node->config.input->speed_m_s = (kl_real)KL_NODE_SAFE_SPEED_M_S;
     }
-    node->speed_wait++;
+    for (uint32_t i = 0; i < node->layout.n_actuators; i++) {
+        if (becomes_late(node, &node->actuator[i])) {
+            node->config.input->actuator_N[i] = (kl_real)KL_NODE_SAFE_FORCE_N;
+        }
+    }
 }
 
 /* True for a SYNC. */
@@ -266,6 +300,8 @@ static bool take_frame(struct kl_node *node, const struct kl_can_frame *frame) {
         take_run_control(node, frame);
     } else if (index == KL_MSG_SPEED_SETPOINT) {
         take_setpoint(node, frame);
+    } else if (index == KL_MSG_ACTUATOR) {
+        take_force(node, instance, frame);
     } else {
         node->counts.unknown++; /* somebody else sends what only we should */
     }
@@ -319,8 +355,14 @@ static void update_status(struct kl_node *node, const struct kl_node_timing *tim
     const struct kl_node_counts *counts = &node->counts;
     status->run_state = node->run_state;
     status->faults = node->config.output->faults;
-    status->speed_late = node->speed_late ? 1 : 0;
-    status->speed_control = node->speed_supervised ? 1 : 0;
+    status->speed_late = node->speed.late ? 1 : 0;
+    status->speed_control = node->speed.supervised ? 1 : 0;
+    status->actuator_late = 0;
+    status->actuator_control = 0;
+    for (uint32_t i = 0; i < node->layout.n_actuators; i++) {
+        status->actuator_late |= node->actuator[i].late ? 1u : 0u;
+        status->actuator_control |= node->actuator[i].supervised ? 1u : 0u;
+    }
     status->has_snapshot = node->has_snapshot ? 1 : 0;
     status->step = node->config.output->tick;
     status->time_us = (uint64_t)(node->config.output->time_ns / 1000);
@@ -345,7 +387,7 @@ bool kl_node_cycle(struct kl_node *node, const struct kl_node_timing *timing) {
         kl_node_send_all(node);
         return false;
     }
-    watch_setpoint(node);
+    watch_commands(node);
     step_model(node);
     update_status(node, timing);
     node->status.bus_down = node->counts.down_cycles != down_before ? 1 : 0;
@@ -386,17 +428,33 @@ static void init_status(struct kl_node *node) {
     };
 }
 
+static void init_watch(const struct kl_node *node, struct kl_node_watch *watch,
+                       enum kl_message_index index, uint32_t instance) {
+    const struct kl_message *message = &kl_signal_messages()[index];
+    kl_protect_init(&watch->protect, (uint16_t)(message->data_id + instance));
+    watch->timeout = message->timeout_cycles * kl_message_cycles(&node->layout, message);
+}
+
 static void init_watches(struct kl_node *node) {
-    const struct kl_message *messages = kl_signal_messages();
-    const struct kl_message *setpoint = &messages[KL_MSG_SPEED_SETPOINT];
     uint64_t step_ns = (uint64_t)node->layout.step_ns;
-    kl_protect_init(&node->run_control, messages[KL_MSG_RUN_CONTROL].data_id);
-    kl_protect_init(&node->speed_setpoint, setpoint->data_id);
-    node->speed_timeout = setpoint->timeout_cycles * kl_message_cycles(&node->layout, setpoint);
+    kl_protect_init(&node->run_control, kl_signal_messages()[KL_MSG_RUN_CONTROL].data_id);
+    init_watch(node, &node->speed, KL_MSG_SPEED_SETPOINT, 0);
+    for (uint32_t i = 0; i < node->layout.n_actuators; i++) {
+        init_watch(node, &node->actuator[i], KL_MSG_ACTUATOR, i);
+    }
     node->recover_cycles = (uint32_t)(UINT64_C(1000) * KL_NODE_RECOVER_US / step_ns);
     if (node->recover_cycles < 1) {
         node->recover_cycles = 1;
     }
+}
+
+/* The inputs that the model's actuators read. */
+static uint32_t count_actuators(const struct kl_model *model) {
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < model->struts.n_actuators; i++) {
+        n = model->struts.input[i] >= n ? model->struts.input[i] + 1u : n;
+    }
+    return n;
 }
 
 enum kl_status kl_node_init(struct kl_node *node, const struct kl_node_config *config) {
@@ -408,6 +466,7 @@ enum kl_status kl_node_init(struct kl_node *node, const struct kl_node_config *c
     node->layout =
         (struct kl_layout){.n_bodies = config->model->n_bodies,
                            .n_wheelsets = config->model->n_wheelsets,
+                           .n_actuators = count_actuators(config->model),
                            .step_ns = config->model->step_ns,
                            .state_divider = config->state_divider == 0 ? 1 : config->state_divider};
     done = kl_bus_load(&node->layout, config->bit_rate, &node->load);

@@ -5,7 +5,7 @@
  *   1. bus        service the back end; if it is down, ask it to recover at a modest rate
  *   2. commands   fetch at most KL_NODE_MAX_RECEIVED frames; carry out what is right, count the
  * rest
- *   3. watch      a set-point that is late is replaced by its safe value
+ *   3. watch      a command that is late is replaced by its safe value
  *   4. model      at most one kl_step, when the run state wants one
  *   5. states     send what is due in this cycle, and what the bus had no room for before
  * A caller with a clock calls it once per step; in lockstep it does step 3 to 5 only when a SYNC
@@ -35,6 +35,10 @@
  * A speed that is invalid or above KL_MAX_SPEED_M_S counts as a bad frame and changes nothing.
  * Supervision runs in cycles, in every run state. Reset and start put the speed set-point back to
  * the configured one, but a supervised set-point stays in force.
+ *
+ * Actuators. Actuator# frames set kl_input's actuator_N in just the same way, each with a supervision
+ * of its own: late after 5 x 10 ms, safe value 0 N. Forces are limited by the model (1e7 N). Reset and
+ * start put those that are not supervised to 0. StatusBus tells whether any is late or supervised.
  *
  * Sending. A message of period n cycles goes out in the cycles whose number is its phase modulo n;
  * phases 0, 1, 2, ... are given out in the table's order to all messages slower than one cycle, so
@@ -66,9 +70,10 @@ extern "C" {
 #define KL_NODE_ACKS 16u           /* acknowledges waiting to go out */
 #define KL_NODE_RECOVER_US 100000u /* between two attempts to recover a bus that is down */
 #define KL_NODE_SAFE_SPEED_M_S 0.0 /* set-point when commands are late */
+#define KL_NODE_SAFE_FORCE_N 0.0   /* of an actuator, likewise */
 
 /* Most instances of cyclic messages of the largest vehicle. */
-#define KL_NODE_SLOTS (10u + 3u * KL_MAX_BODIES + 3u * KL_MAX_WHEELSETS + 6u * KL_MAX_WHEELSETS)
+#define KL_NODE_SLOTS (10u + 3u * KL_MAX_BODIES + 3u * KL_MAX_WHEELSETS + 8u * KL_MAX_WHEELSETS)
 
 struct kl_node;
 
@@ -128,6 +133,7 @@ struct kl_node_counts {
     uint64_t run_commands; /* RunControl frames carried out */
     uint64_t run_refused;  /* RunControl frames refused */
     uint64_t setpoints;    /* SpeedSetpoint frames in force */
+    uint64_t forces;       /* Actuator frames in force */
     uint64_t late;         /* times that the safe value stepped in */
     uint64_t faults;       /* times that the run state became FAULT */
     uint64_t down_cycles;  /* cycles that found the bus down */
@@ -150,6 +156,15 @@ enum kl_node_turn {
     KL_TURN_LATE = 2  /* was due before, the bus had no room */
 };
 
+/* A commanded value: its protection, and whether it keeps coming. */
+struct kl_node_watch {
+    struct kl_protect protect;
+    bool supervised;
+    bool late;
+    uint32_t wait;    /* cycles since the last right frame */
+    uint32_t timeout; /* cycles */
+};
+
 struct kl_node_ack {
     uint64_t step;
     uint8_t request;
@@ -167,18 +182,15 @@ struct kl_node {
     struct kl_node_counts counts;
     struct kl_codec_counts codec;
     struct kl_protect run_control;
-    struct kl_protect speed_setpoint;
+    struct kl_node_watch speed;
+    struct kl_node_watch actuator[KL_MAX_ACTUATORS];
     enum kl_run_state run_state;
     uint32_t steps_left; /* of step commands */
     bool output_stale;   /* the state was loaded, the output is not yet its own */
     bool has_snapshot;
-    bool speed_supervised;
-    bool speed_late;
-    bool bus_down;          /* in this cycle */
-    bool was_down;          /* and not yet recovered */
-    uint32_t speed_wait;    /* cycles since the last right set-point */
-    uint32_t speed_timeout; /* cycles */
-    uint32_t recover_wait;  /* cycles until the next attempt */
+    bool bus_down;         /* in this cycle */
+    bool was_down;         /* and not yet recovered */
+    uint32_t recover_wait; /* cycles until the next attempt */
     uint32_t recover_cycles;
     uint32_t n_slots;
     uint32_t first_slot; /* where sending begins: the first one refused last time */

@@ -12,7 +12,8 @@ enum kl_status kl_layout_check(const struct kl_layout *layout) {
         layout->state_divider > 1000) {
         return KL_ERR_ARGUMENT;
     }
-    if (layout->n_bodies > KL_BUS_MAX_BODIES || layout->n_wheelsets > KL_BUS_MAX_WHEELSETS) {
+    if (layout->n_bodies > KL_BUS_MAX_BODIES || layout->n_wheelsets > KL_BUS_MAX_WHEELSETS ||
+        layout->n_actuators > KL_BUS_MAX_ACTUATORS) {
         return KL_ERR_CAPACITY;
     }
     return KL_OK;
@@ -26,6 +27,8 @@ uint32_t kl_message_instances(const struct kl_layout *layout, const struct kl_me
         return layout->n_wheelsets;
     case KL_PER_WHEEL:
         return KL_SIDES * layout->n_wheelsets;
+    case KL_PER_ACTUATOR:
+        return layout->n_actuators;
     case KL_ONCE:
         break;
     }
@@ -242,6 +245,7 @@ static const void *source_of(const struct kl_signal *signal, uint32_t instance,
                    : &view->output->wheelset[instance];
     case KL_FROM_WHEEL:
     case KL_FROM_ADHESION:
+    case KL_FROM_PUSH:
         return wheel_of(view->output, instance);
     case KL_FROM_STATUS:
         return view->status;
@@ -287,6 +291,11 @@ static int64_t raw_of(const struct kl_signal *signal, const void *source,
     if (signal->source == KL_FROM_ADHESION) {
         return kl_signal_quantise(signal, adhesion(source), counts);
     }
+    if (signal->source == KL_FROM_PUSH) {
+        const double push = real_at(source, offsetof(struct kl_wheelset_output, push_m));
+        const double least = kl_signal_physical(signal, kl_signal_raw_min(signal));
+        return kl_signal_quantise(signal, push < least ? least : push, counts);
+    }
     const void *field = (const unsigned char *)source + signal->where;
     switch (signal->type) {
     case KL_AS_REAL:
@@ -330,13 +339,19 @@ static void store(const struct kl_signal *signal, int64_t raw, struct kl_bus_com
     }
 }
 
+/* Instances of a command that the bus can have. */
+static bool is_instance(const struct kl_message *message, uint32_t id) {
+    const uint32_t most = message->repeat == KL_PER_ACTUATOR ? KL_BUS_MAX_ACTUATORS : 1u;
+    return id >= message->id && id - message->id < most;
+}
+
 enum kl_status kl_message_decode(const struct kl_message *message, const struct kl_can_frame *frame,
                                  struct kl_bus_command *command) {
     if (message == NULL || frame == NULL || command == NULL ||
         message->sender != KL_SENT_BY_BENCH) {
         return KL_ERR_ARGUMENT;
     }
-    if (frame->flags != 0 || frame->length != message->length || frame->id != message->id) {
+    if (frame->flags != 0 || frame->length != message->length || !is_instance(message, frame->id)) {
         return KL_ERR_VALUE;
     }
     for (uint32_t i = 0; i < message->n_signals; i++) {

@@ -6,7 +6,7 @@
  * to. The codec below, the DBC (kl_dbc.h), the documentation and the schedule of the node
  * (kl_node.h) all read this table; there is no second description of the bus anywhere.
  *
- * Templates. A message is either single or repeated per body, per wheelset or per wheel; instance k
+ * Templates. A message is either single or repeated per body, wheelset, wheel or actuator; instance k
  * has the identifier id + k and a name that carries its number from 1 (and R or L for a wheel:
  * instance 2 i + side). struct kl_layout says how many there are, so that table and vehicle size
  * give the whole bus.
@@ -40,6 +40,7 @@ extern "C" {
 #define KL_BUS_PROTOCOL 1u       /* grows when the meaning of the table changes */
 #define KL_BUS_MAX_BODIES 32u    /* room between the identifiers of the templates */
 #define KL_BUS_MAX_WHEELSETS 32u /* likewise */
+#define KL_BUS_MAX_ACTUATORS 32u /* likewise */
 #define KL_BUS_SYNC_ID 0x080u    /* CANopen SYNC: one step each in lockstep; any length 0..8 */
 
 /* ---- what is on the bus besides the model's output ---- */
@@ -74,12 +75,14 @@ enum kl_ack_result {
 
 /* What the node tells of itself. Counts wrap on the bus where their signal is narrower. */
 struct kl_bus_status {
-    uint32_t run_state;     /* enum kl_run_state */
-    uint32_t faults;        /* enum kl_fault bits, latched by the model */
-    uint32_t speed_late;    /* 1: set-point missing, safe value in force */
-    uint32_t speed_control; /* 1: a set-point from the bus is in force or supervised */
-    uint32_t has_snapshot;  /* 1: restore is possible */
-    uint32_t lockstep;      /* 1: one cycle per SYNC */
+    uint32_t run_state;        /* enum kl_run_state */
+    uint32_t faults;           /* enum kl_fault bits, latched by the model */
+    uint32_t speed_late;       /* 1: set-point missing, safe value in force */
+    uint32_t speed_control;    /* 1: a set-point from the bus is in force or supervised */
+    uint32_t has_snapshot;     /* 1: restore is possible */
+    uint32_t actuator_late;    /* 1: a force is missing, its safe value in force */
+    uint32_t actuator_control; /* 1: a force is supervised */
+    uint32_t lockstep;         /* 1: one cycle per SYNC */
     uint32_t bus_down;    /* 1: the bus was down in the last cycle (seen on other buses and logs) */
     uint64_t step;        /* kl_output.tick */
     uint64_t time_us;     /* simulated time */
@@ -88,7 +91,7 @@ struct kl_bus_status {
     kl_real exec_max_us;  /* longest so far */
     uint64_t send_dropped;  /* cyclic frames and acknowledges that did not go out */
     uint64_t receive_bad;   /* unknown, malformed, badly protected or repeated frames */
-    uint64_t commands_late; /* times that a set-point was replaced by its safe value */
+    uint64_t commands_late; /* times that a command was replaced by its safe value */
     uint64_t saturated;     /* values limited to their signal's range */
     uint64_t not_finite;    /* values sent as invalid */
     uint64_t recoveries;    /* times that the bus came back */
@@ -110,6 +113,7 @@ struct kl_bus_command {
     uint32_t argument;   /* 0..65535 */
     uint32_t control;    /* 1: set-point under supervision; 0: set it once and release it */
     kl_real speed_m_s;   /* NaN when sent as invalid */
+    kl_real actuator_N;  /* likewise; or N m */
 };
 
 /* ---- the table ---- */
@@ -121,10 +125,12 @@ enum kl_signal_source {
     KL_FROM_WHEELSET,   /* struct kl_wheelset_output of the instance */
     KL_FROM_WHEEL,      /* likewise, the instance's side of one real per side */
     KL_FROM_ADHESION,   /* computed: |T| / N of the instance's wheel; 0 for a lifted wheel */
-    KL_FROM_STATUS,     /* struct kl_bus_status */
-    KL_FROM_COMMAND,    /* struct kl_bus_command: written by the bench, read by the node */
-    KL_FROM_COUNTER,    /* the message's loss counter */
-    KL_FROM_PROTECTION  /* CRC and alive counter: kl_protect.h fills them in */
+    KL_FROM_PUSH,      /* push_m of the instance's wheel; the least where the flange is farther off,
+                           or not there, and that is no saturation */
+    KL_FROM_STATUS,    /* struct kl_bus_status */
+    KL_FROM_COMMAND,   /* struct kl_bus_command: written by the bench, read by the node */
+    KL_FROM_COUNTER,   /* the message's loss counter */
+    KL_FROM_PROTECTION /* CRC and alive counter: kl_protect.h fills them in */
 };
 
 /* How the field is stored. Integers are raw values, reals physical ones. */
@@ -154,7 +160,7 @@ struct kl_signal {
     const struct kl_value_name *values; /* NULL: not an enumeration */
 };
 
-enum kl_message_repeat { KL_ONCE = 0, KL_PER_BODY, KL_PER_WHEELSET, KL_PER_WHEEL };
+enum kl_message_repeat { KL_ONCE = 0, KL_PER_BODY, KL_PER_WHEELSET, KL_PER_WHEEL, KL_PER_ACTUATOR };
 enum kl_message_sender { KL_SENT_BY_NODE = 0, KL_SENT_BY_BENCH };
 
 struct kl_message {
@@ -166,7 +172,7 @@ struct kl_message {
     enum kl_message_sender sender;
     uint32_t period_us;      /* 0: sent on event */
     bool is_state;           /* period is multiplied by kl_layout.state_divider */
-    uint16_t data_id;        /* 0: not protected */
+    uint16_t data_id;        /* of instance 0, k has data_id + k; 0: not protected */
     uint16_t timeout_cycles; /* commands: late after so many periods; 0: not supervised */
     uint8_t n_signals;
     const struct kl_signal *signals;
@@ -176,6 +182,7 @@ struct kl_message {
 enum kl_message_index {
     KL_MSG_RUN_CONTROL = 0,
     KL_MSG_SPEED_SETPOINT,
+    KL_MSG_ACTUATOR,
     KL_MSG_ACK,
     KL_MSG_VEHICLE_MOTION,
     KL_MSG_VEHICLE_TRACK,
@@ -191,6 +198,7 @@ enum kl_message_index {
     KL_MSG_WHEEL_FORCES,
     KL_MSG_WHEEL_CREEP,
     KL_MSG_WHEEL_CONTACT,
+    KL_MSG_WHEEL_FLANGE,
     KL_MSG_WHEELSET_POSTURE,
     KL_MSG_BODY_RATES,
     KL_MSG_INFO_VERSION,
@@ -207,12 +215,13 @@ const struct kl_message *kl_signal_messages(void);
 struct kl_layout {
     uint32_t n_bodies;      /* 0..KL_BUS_MAX_BODIES */
     uint32_t n_wheelsets;   /* 1..KL_BUS_MAX_WHEELSETS */
+    uint32_t n_actuators;   /* 0..KL_BUS_MAX_ACTUATORS */
     int64_t step_ns;        /* cycle of the node; periods are rounded to whole cycles, at least 1 */
     uint32_t state_divider; /* 1..1000: state messages come so many times more slowly */
 };
 
-/* KL_ERR_ARGUMENT: NULL or out of range; KL_ERR_CAPACITY: more bodies or wheelsets than
- * identifiers. */
+/* KL_ERR_ARGUMENT: NULL or out of range; KL_ERR_CAPACITY: more bodies, wheelsets or
+ * actuators than identifiers. */
 enum kl_status kl_layout_check(const struct kl_layout *layout);
 
 /* Number of instances of a message (0 where the vehicle has none). */
@@ -278,7 +287,7 @@ void kl_message_encode(const struct kl_message *message, uint32_t instance,
                        struct kl_can_frame *frame);
 
 /*
- * Reads a command frame into the fields of `command` that the message has. KL_ERR_ARGUMENT: NULL or
+ * Reads a command frame, of any instance, into the fields of `command` that the message has. KL_ERR_ARGUMENT: NULL or
  * not a command; KL_ERR_VALUE: wrong length or kind of frame; `command` is then untouched.
  * Protection is not looked at. An invalid raw value arrives as NaN. Bound: the message's signals.
  */

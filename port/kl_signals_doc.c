@@ -77,7 +77,7 @@ static void csv_message(struct kl_text *text, const struct kl_layout *layout,
         kl_text_put(text, ",");
         kl_text_int(text, message->length);
         kl_text_put(text, ",");
-        kl_text_int(text, message->data_id);
+        kl_text_int(text, message->data_id + (message->data_id != 0 ? instance : 0u));
         kl_text_put(text, ",");
         kl_text_int(text, message->timeout_cycles);
         kl_text_put(text, ",");
@@ -125,6 +125,8 @@ static const char *repeat_text(enum kl_message_repeat repeat) {
         return " + wheelset - 1";
     case KL_PER_WHEEL:
         return " + 2 (wheelset - 1), left wheel + 1";
+    case KL_PER_ACTUATOR:
+        return " + actuator - 1";
     case KL_ONCE:
         break;
     }
@@ -197,6 +199,7 @@ static void markdown_message(struct kl_text *text, const struct kl_message *mess
     if (message->data_id != 0) {
         kl_text_put(text, " Protected, data ID 0x");
         kl_text_hex(text, message->data_id, 4);
+        kl_text_put(text, repeat_text(message->repeat));
         kl_text_put(text, ".");
     }
     if (message->timeout_cycles != 0) {

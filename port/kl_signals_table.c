@@ -1,7 +1,8 @@
 /*
  * The signal table: every message and every signal on the bus. See kl_signals.h.
  *
- * Identifiers: 0x010 commands, 0x020 vehicle, 0x030 status, 0x100.. states of every step, 0x200..
+ * Identifiers: 0x010 commands, 0x020 vehicle, 0x030 status, 0x040.. commands to
+ * actuators, 0x100.. states of every step, 0x200..
  * states of every tenth millisecond, 0x680 what never changes. Lower identifiers win the bus.
  * Resolutions are a hundredth or less of what a measuring wheelset or an axle-box sensor resolves;
  * ranges hold everything short of a wreck.
@@ -111,6 +112,13 @@ static const struct kl_signal speed_setpoint[] = {
               "Control: supervised, safe value 0 m/s when late. Release: set once, then free"),
     UNSIGNED_OF("Speed", 32, 16, 25, 4, "m/s", COMMAND(speed_m_s), "Set-point of the speed"),
 };
+static const struct kl_signal actuator[] = {
+    PROTECTION,
+    CHOICE_OF("Control", 16, COMMAND(control), control_modes,
+              "Control: supervised, safe value 0 when late. Release: set once, then free"),
+    SIGNED_OF("Force", 32, 24, 1, 0, "N", COMMAND(actuator_N),
+              "Pushes the first end of its element and pulls the second, N m where it turns"),
+};
 static const struct kl_signal ack[] = {
     INTEGER_OF("RequestId", 0, 8, STATUS(ack_request), "Of the RunControl frame answered"),
     CHOICE_OF("Command", 8, STATUS(ack_command), run_commands, "Of the RunControl frame answered"),
@@ -171,6 +179,8 @@ static const struct kl_signal status_bus[] = {
     FLAG("HasSnapshot", 18, has_snapshot, "Restore is possible"),
     FLAG("Lockstep", 19, lockstep, "One cycle per SYNC frame"),
     FLAG("BusDown", 20, bus_down, "The bus was down in the cycle before"),
+    FLAG("ActuatorLate", 21, actuator_late, "A force is missing, its safe value 0 in force"),
+    FLAG("ActuatorControl", 22, actuator_control, "At least one force supervised"),
     WRAPPING("CommandsLate", 24, 8, commands_late, "Times that the safe value stepped in"),
     WRAPPING("SendDropped", 32, 16, send_dropped, "Frames due that did not go out"),
     WRAPPING("ReceiveBad", 48, 16, receive_bad,
@@ -242,6 +252,15 @@ static const struct kl_signal wheel_contact[] = {
     SIGNED_OF("Eta", 48, 16, 1, 5, "m", WHEEL(tread.eta_wheel_m),
               "Contact point on the wheel profile, positive towards the flange"),
 };
+static const struct kl_signal wheel_flange[] = {
+    COUNTER,
+    UNSIGNED_OF("Normal", 16, 16, 10, 0, "N", WHEEL(flange.normal_N),
+                "Normal force of the flange's contact, 0 where it is free"),
+    SIGNED("Push", 32, 16, 1, 6, "m", KL_FROM_PUSH, 0,
+           "By which the flange has pushed the rail aside, negative: its clearance, 32 mm at most"),
+    UNSIGNED_OF("Rise", 48, 16, 1, 6, "m", WHEEL(rise_m),
+                "Of the tread off the rail, 0 in contact"),
+};
 static const struct kl_signal wheelset_posture[] = {
     COUNTER,
     SIGNED_OF("Z", 16, 16, 2, 6, "m", WHEELSET(z_m), "Vertical displacement, positive down"),
@@ -297,6 +316,15 @@ static const struct kl_message messages[KL_MESSAGES] = {
                                .data_id = 0x1011,
                                .timeout_cycles = 5,
                                SIGNALS(speed_setpoint)},
+    [KL_MSG_ACTUATOR] = {.name = "Actuator#",
+                         .comment = "Force of an actuator, number 1 being input 0 of the model",
+                         .id = 0x040,
+                         .repeat = KL_PER_ACTUATOR,
+                         .sender = KL_SENT_BY_BENCH,
+                         .period_us = 10000,
+                         .data_id = 0x1040,
+                         .timeout_cycles = 5,
+                         SIGNALS(actuator)},
     [KL_MSG_ACK] = {.name = "Ack", .comment = "Answer to RunControl", .id = 0x012, SIGNALS(ack)},
     [KL_MSG_VEHICLE_MOTION] = {.name = "VehicleMotion",
                                .comment = "Motion of the vehicle along the track",
@@ -375,6 +403,13 @@ static const struct kl_message messages[KL_MESSAGES] = {
                               .repeat = KL_PER_WHEEL,
                               STATE(10),
                               SIGNALS(wheel_contact)},
+    [KL_MSG_WHEEL_FLANGE] = {.name = "Wheel#Flange",
+                             .comment =
+                                 "Contact of a flange, and how far its tread is off the rail",
+                             .id = 0x300,
+                             .repeat = KL_PER_WHEEL,
+                             STATE(10),
+                             SIGNALS(wheel_flange)},
     [KL_MSG_WHEELSET_POSTURE] = {.name = "Wheelset#Posture",
                                  .comment = "Height and roll of a wheelset, track shifting force",
                                  .id = 0x2C0,

@@ -77,19 +77,20 @@ static int quantise(const struct kl_layout *layout) {
 
 int main(int argc, char **argv) {
     const struct kl_text_sink sink = {.write = to_stdout};
-    if (argc < 4) {
-        fprintf(stderr, "usage: dbc_peer dbc|frames|quantise BODIES WHEELSETS [N]\n");
+    if (argc < 5) {
+        fprintf(stderr, "usage: dbc_peer dbc|frames|quantise BODIES WHEELSETS ACTUATORS [N]\n");
         return 2;
     }
     const struct kl_layout layout = {.n_bodies = (uint32_t)atoi(argv[2]),
                                      .n_wheelsets = (uint32_t)atoi(argv[3]),
+                                     .n_actuators = (uint32_t)atoi(argv[4]),
                                      .step_ns = 1000000,
                                      .state_divider = 1};
     if (strcmp(argv[1], "dbc") == 0) {
         return kl_dbc_write(&layout, &sink) == KL_OK ? 0 : 1;
     }
     if (strcmp(argv[1], "frames") == 0) {
-        return frames(&layout, argc > 4 ? strtoul(argv[4], NULL, 10) : 10);
+        return frames(&layout, argc > 5 ? strtoul(argv[5], NULL, 10) : 10);
     }
     return strcmp(argv[1], "quantise") == 0 ? quantise(&layout) : 2;
 }

@@ -31,6 +31,7 @@ struct bench {
     struct kl_node node;
     uint8_t run_alive;
     uint8_t speed_alive;
+    uint8_t force_alive[2];
     uint8_t request;
     /* what the bench has seen */
     uint64_t seen[KL_MESSAGES][64];
@@ -69,14 +70,18 @@ static inline enum kl_status bench_model(struct bench *b) {
                                                      .point_a_m = {0, 0, (kl_real)-0.45},
                                                      .point_b_m = {0, 0, (kl_real)-0.45},
                                                      .k = {0, 10000, 0, 0, 0, 10000},
-                                                     .c = {0, 1000, 0, 0, 0, 1000}},
+                                                     .c = {0, 1000, 0, 0, 0, 1000},
+                                                     .along = KL_ALONG_YAW,
+                                                     .actuator = 2},
                                                     {.name = "body to ground",
                                                      .end_a = 0,
                                                      .end_b = KL_GROUND_END,
                                                      .point_a_m = {0, 0, (kl_real)-1.5},
                                                      .point_b_m = {0, 0, (kl_real)-1.5},
                                                      .k = {0, 100000, 0, 0, 0, 1000000},
-                                                     .c = {0, 10000, 0, 0, 0, 10000}}};
+                                                     .c = {0, 10000, 0, 0, 0, 10000},
+                                                     .along = KL_ALONG_Y,
+                                                     .actuator = 1}};
     static const struct kl_pair_def pair = {.kind = KL_PAIR_LINEAR,
                                             .radius_m = (kl_real)0.45,
                                             .half_base_m = (kl_real)0.7452,
@@ -200,6 +205,23 @@ static inline void bench_speed(struct bench *b, double speed_m_s, uint32_t contr
     struct kl_can_frame frame =
         command_frame(b, KL_MSG_SPEED_SETPOINT,
                       (struct kl_bus_command){.control = control, .speed_m_s = (kl_real)speed_m_s});
+    kl_can_send(&b->can, &frame);
+}
+
+/* To actuator i of the model's two: 0 pushes the body aside, 1 turns it. */
+static inline struct kl_can_frame force_frame(struct bench *b, uint32_t i, double force_N,
+                                              uint32_t control) {
+    const struct kl_message *m = &kl_signal_messages()[KL_MSG_ACTUATOR];
+    const struct kl_bus_command command = {.control = control, .actuator_N = (kl_real)force_N};
+    const struct kl_bus_view view = {.command = &command};
+    struct kl_can_frame frame;
+    kl_message_encode(m, i, &view, NULL, &frame);
+    kl_protect_seal((uint16_t)(m->data_id + i), &b->force_alive[i], frame.data, frame.length);
+    return frame;
+}
+
+static inline void bench_force(struct bench *b, uint32_t i, double force_N, uint32_t control) {
+    struct kl_can_frame frame = force_frame(b, i, force_N, control);
     kl_can_send(&b->can, &frame);
 }
 

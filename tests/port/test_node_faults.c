@@ -78,7 +78,7 @@ static void all_calls_may_fail_for_ever(void **state) {
         assert_memory_equal(&expected, &b->state, sizeof expected);
         assert_true(b->node.counts.dropped > 1000);
         assert_int_equal(b->node.counts.sent + b->node.counts.dropped,
-                         300 * 6 + 30 * 13 + 3); /* every frame due is accounted for */
+                         300 * 6 + 30 * 15 + 3); /* every frame due is accounted for */
         bench_free(b);
     }
 }
@@ -95,7 +95,7 @@ static void the_bus_may_go_and_come_back(void **state) {
     bench_cycles(b, 1000);
     assert_in_range(b->node.counts.recover_calls, 9, 11); /* every 100 ms, not every cycle */
     assert_int_equal(b->node.counts.down_cycles, 1000);
-    assert_int_equal(b->node.counts.dropped, 1000 * 6 + 100 * 13 + 3);
+    assert_int_equal(b->node.counts.dropped, 1000 * 6 + 100 * 15 + 3);
     assert_int_equal(b->node.counts.recoveries, 0);
     kl_vbus_set_up(&b->bus, true);
     kl_can_recover(&b->can);
@@ -154,7 +154,7 @@ static void a_full_bus_drops_the_oldest_state_and_starves_nobody(void **state) {
             assert_true(b->seen[slot->message][slot->instance] > 0);
             waiting += slot->turn != KL_TURN_NONE ? 1 : 0;
         }
-        uint64_t due = (uint64_t)cycles * 6 + cycles / 10 * 13 + cycles / 1000 * 3;
+        uint64_t due = (uint64_t)cycles * 6 + cycles / 10 * 15 + cycles / 1000 * 3;
         assert_int_equal(b->node.counts.sent + b->node.counts.dropped + waiting, due);
         assert_in_range(b->gaps, 0, b->node.counts.dropped);
         kl_vbus_set_budget(&b->ends[0], 0);

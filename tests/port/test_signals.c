@@ -33,6 +33,7 @@ static void identifiers_are_unique_and_leave_canopen_free(void **state) {
     (void)state;
     static const struct kl_layout largest = {.n_bodies = KL_BUS_MAX_BODIES,
                                              .n_wheelsets = KL_BUS_MAX_WHEELSETS,
+                                             .n_actuators = KL_BUS_MAX_ACTUATORS,
                                              .step_ns = 1000000,
                                              .state_divider = 1};
     static bool used[0x800];
@@ -60,7 +61,7 @@ static void identifiers_are_unique_and_leave_canopen_free(void **state) {
         found += kl_message_find(&largest, id, &index, &instance) ? 1u : 0u;
     }
     assert_int_equal(found, total);
-    assert_int_equal(total, 13 + 3 * 32 + 3 * 32 + 3 * 64);
+    assert_int_equal(total, 13 + 3 * 32 + 3 * 32 + 4 * 64 + 32);
 }
 
 static void check_text(const char *text, bool may_be_empty) {
@@ -336,12 +337,12 @@ static void periods_become_whole_cycles(void **state) {
 }
 
 /* Davis, Burns et al. 2007: an 8-byte frame with an 11-bit identifier takes at most 135 bits, one
- * without data 55. The wagon sends 2 + 4 + 2 messages a millisecond, 5 + 12 + 2 + 1 in ten, one
+ * without data 55. The wagon sends 2 + 4 + 2 messages a millisecond, 5 + 16 + 2 + 1 in ten, one
  * set-point in a hundred and three messages a second. */
 static void bus_load_is_the_sum_of_longest_frames(void **state) {
     (void)state;
     struct kl_bus_load load;
-    uint64_t frames = 8 * 1000 + 20 * 100 + 10 + 3;
+    uint64_t frames = 8 * 1000 + 24 * 100 + 10 + 3;
     assert_int_equal(kl_frame_bits(8), 135);
     assert_int_equal(kl_frame_bits(0), 55);
     assert_int_equal(kl_bus_load(&wagon, 0, &load), KL_OK);
@@ -354,7 +355,7 @@ static void bus_load_is_the_sum_of_longest_frames(void **state) {
 static void bus_load_warns_above_70_and_refuses_above_100_percent(void **state) {
     (void)state;
     struct kl_bus_load load;
-    const uint32_t bits = (8 * 1000 + 20 * 100 + 10 + 3) * 135;
+    const uint32_t bits = (8 * 1000 + 24 * 100 + 10 + 3) * 135;
     assert_int_equal(kl_bus_load(&wagon, bits, &load), KL_OK);
     assert_int_equal(load.permille, 1000);
     assert_int_equal(load.verdict, KL_LOAD_HIGH);

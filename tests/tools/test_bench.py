@@ -278,8 +278,10 @@ class TestCommands(unittest.TestCase):
         self.assertEqual(Command.parse_timed("2.5:step=300"), Command(2.5, "step", 300))
         self.assertEqual(Command.parse_timed("1:speed=25"), Command(1.0, "speed", 25.0))
         self.assertEqual(Command.parse("speed=off"), Command(0.0, "speed", None))
+        self.assertEqual(Command.parse("actuator12=-500"), Command(0.0, "actuator12", -500.0))
+        self.assertEqual(str(Command.parse("actuator1=off")), "actuator1=off")
         for bad in ("fly", "start=1", "step=x", "step=70000", "step=-1", "speed=", "speed=-1", "speed=1000",
-                    "speed=nan", "speed"):
+                    "speed=nan", "speed", "actuator=1", "actuator0=1", "actuator1", "actuator1=9e6", "actuator100=1"):
             with self.assertRaises(ValueError, msg=bad):
                 Command.parse(bad)
         for bad in ("start", "x:start", "-1:start", "nan:start", ":start"):
@@ -352,6 +354,21 @@ class TestCommands(unittest.TestCase):
         for before, after in zip(self.sent, self.sent[1:]):
             self.assertEqual(after[1][1], (before[1][1] + 1) % 15)
             self.assertEqual(after[1][0], bench_fake.crc_bitwise(0x1011, after[1]))
+
+
+    def test_forces_have_setpoints_of_their_own(self):
+        commander = self.commander("0:actuator1=-300", "0:speed=20", "1:actuator1=off")
+        for k in range(150):
+            commander.poll(0.01 * k)
+        forces = [data for identifier, data in self.sent if identifier == bench_fake.ACTUATOR_1]
+        values = [(data[2], int.from_bytes(data[4:7], "little", signed=True)) for data in forces]
+        self.assertIn(values.count((1, -300)), range(90, 111))  # every 10 ms for a second
+        self.assertEqual(values[-1], (0, 0))  # a force ends with its command
+        self.assertEqual(values.count((0, 0)), 1)
+        for data in forces:
+            self.assertEqual(data[0], bench_fake.crc_bitwise(0x1040, data))
+        with self.assertRaisesRegex(DatabaseError, "Actuator2: this vehicle has no such actuator"):
+            self.commander("0:actuator2=1")
 
 
 class TestAddress(unittest.TestCase):

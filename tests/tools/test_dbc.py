@@ -20,13 +20,14 @@ import canmatrix.formats  # noqa: E402
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("BUILD", "build"))
 PEER = ROOT / BUILD / "tests/port/dbc_peer"
-BODIES, WHEELSETS = "3", "4"  # a four-axle bogie vehicle
+BODIES, WHEELSETS, ACTUATORS = "3", "4", "2"  # a four-axle bogie vehicle with active suspension
+BENCH = ("RunControl", "SpeedSetpoint", "Actuator1", "Actuator2")
 SEED = 20260102
 
 
 def peer(what: str, *more: str, text: str = "") -> str:
     """Runs our codec."""
-    return subprocess.run([PEER, what, BODIES, WHEELSETS, *more], input=text, check=True,
+    return subprocess.run([PEER, what, BODIES, WHEELSETS, ACTUATORS, *more], input=text, check=True,
                           capture_output=True, text=True).stdout
 
 
@@ -48,11 +49,11 @@ class TestDbc(unittest.TestCase):
 
     def test_loads_without_errors_and_is_complete(self) -> None:
         self.assertEqual(self.network.load_errors, [])
-        self.assertEqual(len(self.network.frames), 13 + 3 * 3 + 3 * 4 + 3 * 8)
+        self.assertEqual(len(self.network.frames), 13 + 3 * 3 + 3 * 4 + 4 * 8 + 2)
         self.assertEqual({ecu.name for ecu in self.network.ecus}, {"Klingel", "Bench"})
         names = [frame.name for frame in self.network.frames]
         self.assertEqual(len(names), len(set(names)))
-        for name in ("RunControl", "Wheelset4Motion", "Body3Rates", "Wheel1LContact"):
+        for name in ("RunControl", "Wheelset4Motion", "Body3Rates", "Wheel1LContact", "Wheel4RFlange", "Actuator2"):
             self.assertIn(name, names)
 
     def test_every_frame_is_described(self) -> None:
@@ -61,7 +62,7 @@ class TestDbc(unittest.TestCase):
                 self.assertFalse(frame.arbitration_id.extended)
                 self.assertTrue(frame.comment)
                 self.assertEqual(frame.size, 8)
-                bench = frame.name in ("RunControl", "SpeedSetpoint")
+                bench = frame.name in BENCH
                 self.assertEqual(frame.transmitters, ["Bench" if bench else "Klingel"])
                 event = frame.name in ("RunControl", "Ack")
                 send_type = frame.attribute("GenMsgSendType", db=self.network)
@@ -72,7 +73,7 @@ class TestDbc(unittest.TestCase):
 
     def test_every_signal_is_described(self) -> None:
         for frame in self.network.frames:
-            bench = frame.name in ("RunControl", "SpeedSetpoint")
+            bench = frame.name in BENCH
             for signal in frame.signals:
                 with self.subTest(frame=frame.name, signal=signal.name):
                     self.assertTrue(signal.is_little_endian)
@@ -97,6 +98,9 @@ class TestDbc(unittest.TestCase):
         self.assertEqual(cycle["Wheelset1Motion"], 1)
         self.assertEqual(cycle["Status"], 10)
         self.assertEqual(cycle["SpeedSetpoint"], 100)
+        self.assertEqual(cycle["Actuator1"], 10)
+        identity = {frame.attribute("E2EDataId", db=self.network) for frame in self.network.frames if frame.name in BENCH}
+        self.assertEqual(len(identity), len(BENCH))  # each its own: no command can be taken for another
         self.assertEqual(cycle["InfoModel"], 1000)
         state = self.network.frame_by_name("Status").signal_by_name("RunState")
         self.assertEqual(state.values, {0: "Init", 1: "Running", 2: "Paused", 3: "Stopped", 4: "Fault"})

@@ -54,11 +54,11 @@ DONE, WRONG_STATE, UNKNOWN_COMMAND, NO_SNAPSHOT, REPEATED = 0, 1, 2, 3, 4
 class Hil:
     """A running `klingel hil` with its DBC and, once ended, its report."""
 
-    def __init__(self, folder: str, *arguments: str):
+    def __init__(self, folder: str, *arguments: str, model: pathlib.Path = WAGON):
         self.dbc = str(pathlib.Path(folder) / "hil.dbc")
         self._report = pathlib.Path(folder) / "report.json"
         self.process = subprocess.Popen(
-            [KLINGEL, "hil", WAGON, TRACK, "--bus", "socketcand:0", "--dbc", self.dbc, "--report", self._report,
+            [KLINGEL, "hil", model, TRACK, "--bus", "socketcand:0", "--dbc", self.dbc, "--report", self._report,
              "--time", "120", *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         line = self.process.stdout.readline()
         found = re.search(r"127\.0\.0\.1:(\d+)", line)
@@ -126,8 +126,8 @@ class EndToEnd(unittest.TestCase):
         self.addCleanup(self._folder.cleanup)
         self.folder = self._folder.name
 
-    def hil(self, *arguments: str) -> Hil:
-        running = Hil(self.folder, *arguments)
+    def hil(self, *arguments: str, model: pathlib.Path = WAGON) -> Hil:
+        running = Hil(self.folder, *arguments, model=model)
         self.addCleanup(running.kill)
         self.network = running.network
         self.frame = {frame.name: frame for frame in running.network.frames}
@@ -306,6 +306,25 @@ class TestBench(EndToEnd):
         return subprocess.Popen([sys.executable, BENCH, "--bus", f"socketcand:{running.port}", "--dbc", running.dbc,
                                  "--tolerate", "late", *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                 text=True)
+
+    def test_actuator(self):
+        """3 kN of side wind through the second input of a vehicle on 320 kN/m of airsprings; then the bench falls silent."""
+        running = self.hil("--speed", "10", "--start", model=ROOT / "tests/tools/good/elements.yaml")
+        listener = self.listen(running)
+        bench = self.bench(running, "--time", "60", "--at", "0.2:actuator2=3000")
+        self.assertIsNotNone(listener.wait_for(self.identifier["Body1Position"], 0))
+        began = time.monotonic()
+        while time.monotonic() < began + 20 and self.of(listener.frames[-400:], "Body1Position", "Y")[-1] < 0.009:
+            time.sleep(0.1)
+        self.assertGreaterEqual(self.of(listener.frames[-400:], "Body1Position", "Y")[-1], 0.009)  # 9.4 mm, and roll
+        controlled = self.of(listener.frames[-400:], "StatusBus", "ActuatorControl")[-1]
+        bench.kill()
+        bench.communicate()
+        time.sleep(0.5)
+        listener.close()
+        last = listener.frames[-400:]
+        self.assertEqual((controlled, self.of(last, "StatusBus", "ActuatorLate")[-1]), (1, 1))
+        self.check_counters(listener.frames)
 
     def test_session(self):
         running = self.hil()

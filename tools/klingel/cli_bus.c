@@ -22,8 +22,14 @@ struct cli_option cli_bit_rate_option(struct cli_bus *bus) {
 }
 
 struct kl_layout cli_bus_layout(const struct cli_model *m, const struct cli_bus *bus) {
+    uint32_t n_actuators = 0;
+    for (uint32_t i = 0; i < m->file.vehicle.n_elements; i++) {
+        const uint32_t input = m->file.vehicle.elements[i].actuator;
+        n_actuators = input > n_actuators ? input : n_actuators;
+    }
     return (struct kl_layout){.n_bodies = m->file.vehicle.n_bodies,
                               .n_wheelsets = m->file.vehicle.n_wheelsets,
+                              .n_actuators = n_actuators,
                               .step_ns = m->file.vehicle.step_ns,
                               .state_divider = (uint32_t)bus->divider};
 }

@@ -101,7 +101,7 @@ def parser() -> argparse.ArgumentParser:
     commands.add_argument("--speed", action=_Script, dest="script", metavar="V",
                           help="set-point in m/s, sent cyclically and supervised; released when the bench ends")
     commands.add_argument("--at", action=_Script, dest="script", metavar="SECONDS:COMMAND",
-                          help="one of the above at a time: 2.0:speed=25, 5:speed=off, 6:step=10; repeatable")
+                          help="one of the above at a time: 2.0:speed=25, 5:speed=off, 6:step=10, 7:actuator1=500; repeatable")
     commands.add_argument("--ack-timeout", type=_positive, default=1.0, metavar="SECONDS", help="default: %(default)g")
     return made
 

@@ -1,7 +1,7 @@
-"""Commands to the node: run control that waits for its acknowledge, the cyclic speed set-point, and the script.
+"""Commands to the node: run control that waits for its acknowledge, cyclic set-points of speed and actuators, the script.
 
-One run command is under way at a time; the next goes out when the one before is answered or given up. The set-point
-runs beside them. Call poll() often (every 20 ms or so); nothing here blocks.
+One run command is under way at a time; the next goes out when the one before is answered or given up. The set-points
+run beside them. Call poll() often (every 20 ms or so); nothing here blocks.
 """
 
 from __future__ import annotations
@@ -9,20 +9,22 @@ from __future__ import annotations
 import collections
 import dataclasses
 import random
+import re
 from typing import Callable
 
-from .database import Database
+from .database import Database, DatabaseError
 from .protection import ALIVE_VALUES, seal
 
 RUN_COMMANDS = ("start", "stop", "pause", "step", "reset", "snapshot", "restore", "none")
 MAX_ARGUMENT = 65535
+SPEED_MOST, FORCE_MOST = 163.0, 8_388_607.0  # m/s and N: what the signals hold
 DONE = "Done"
 REPEATED = "Repeated"
 
 
 @dataclasses.dataclass(frozen=True)
 class Command:
-    """`at_s` after the bench has connected. `value`: steps, or the speed in m/s; None: the set-point ends."""
+    """`at_s` after the bench has connected. `value`: steps, the speed in m/s, a force in N (or N m); None: the set-point ends."""
 
     at_s: float
     name: str
@@ -30,17 +32,20 @@ class Command:
 
     @classmethod
     def parse(cls, text: str, at_s: float = 0.0) -> "Command":
-        """`start`, `step=10`, `speed=25`, `speed=off`. Raises ValueError."""
+        """`start`, `step=10`, `speed=25`, `speed=off`, `actuator1=-500`, `actuator1=off`. Raises ValueError."""
         name, given, value = text.strip().partition("=")
-        if name == "speed":
+        force = re.fullmatch(r"actuator[1-9]\d?", name) is not None
+        if name == "speed" or force:
             if value == "off":
                 return cls(at_s, name)
-            speed = float(value or "nan")
-            if not 0.0 <= speed <= 163.0:
-                raise ValueError(f"'{text}': the speed must be 0..163 m/s, or off")
-            return cls(at_s, name, speed)
+            low, high = (-FORCE_MOST, FORCE_MOST) if force else (0.0, SPEED_MOST)
+            number = float(value or "nan")
+            if not low <= number <= high:
+                what = "force must be within 8388607 N" if force else "speed must be 0..163 m/s"
+                raise ValueError(f"'{text}': the {what}, or off")
+            return cls(at_s, name, number)
         if name not in RUN_COMMANDS or (given and name != "step"):
-            raise ValueError(f"'{text}' is no command: {', '.join(RUN_COMMANDS)}, step=N, speed=V or speed=off")
+            raise ValueError(f"'{text}' is no command: {', '.join(RUN_COMMANDS)}, step=N, speed=V, speed=off, actuatorK=N or actuatorK=off")
         steps = int(value) if given else (1 if name == "step" else 0)
         if not 0 <= steps <= MAX_ARGUMENT:
             raise ValueError(f"'{text}': 1..{MAX_ARGUMENT} steps")
@@ -55,9 +60,14 @@ class Command:
             raise ValueError(f"'{text}' is not SECONDS:COMMAND")
         return cls.parse(rest, at_s)
 
+    @property
+    def is_setpoint(self) -> bool:
+        """Sent again and again, and never answered."""
+        return self.name not in RUN_COMMANDS
+
     def __str__(self) -> str:
-        if self.name == "speed":
-            return "speed=off" if self.value is None else f"speed={self.value:g}"
+        if self.is_setpoint:
+            return f"{self.name}=off" if self.value is None else f"{self.name}={self.value:g}"
         return f"step={self.value:g}" if self.name == "step" else self.name
 
 
@@ -87,11 +97,28 @@ class Sealer:
         return data
 
 
+class Setpoint:
+    """One value that is sent in its cycle for as long as it is set."""
+
+    def __init__(self, database: Database, message: str, signal: str):
+        if message not in database.by_name:
+            raise DatabaseError(f"{message}: this vehicle has no such actuator")
+        self.sealer = Sealer(database, message)
+        self.signal = signal
+        self.value: float | None = None
+        self.next_s = 0.0
+
+    def due(self, now_s: float) -> bool:
+        if self.value is None or now_s < self.next_s:
+            return False
+        self.next_s = max(self.next_s + (self.sealer.message.cycle_s or 0.1), now_s)
+        return True
+
+
 class Commander:
     def __init__(self, database: Database, script: list[Command], send: Callable[[int, bytes], bool],
                  timeout_s: float = 1.0):
         self.outcomes: list[Outcome] = []
-        self.setpoint: float | None = None
         self.sent = 0
         self._send = send
         self._timeout_s = timeout_s
@@ -102,9 +129,10 @@ class Commander:
         self._pending_again = False
         self._request = random.randrange(256)
         self._control = Sealer(database, "RunControl")
-        self._speed = Sealer(database, "SpeedSetpoint")
+        self._setpoints = {name: Setpoint(database, "SpeedSetpoint", "Speed") if name == "speed"
+                           else Setpoint(database, name.capitalize(), "Force")
+                           for name in sorted({command.name for command in script if command.is_setpoint})}
         self._ack = database.by_name["Ack"]
-        self._next_setpoint = 0.0
         self._numbers = {text.lower(): int(raw) for raw, text
                          in self._control.message.frame.signal_by_name("Command").values.items()}
 
@@ -117,18 +145,17 @@ class Commander:
         """Does what is due; `now_s` counts from the connection on."""
         while self._script and self._script[0].at_s <= now_s:
             command = self._script.popleft()
-            if command.name == "speed":
-                self._set_speed(command, now_s)
+            if command.is_setpoint:
+                self._set(command, now_s)
             else:
                 self._ready.append(command)
         if self._pending is not None and now_s - self._pending_since > self._timeout_s:
             self._finish(Outcome(self._pending, "no answer"))
         if self._pending is None and self._ready:
             self._start(self._ready.popleft(), now_s)
-        if self.setpoint is not None and now_s >= self._next_setpoint:
-            cycle_s = self._speed.message.cycle_s or 0.1
-            self._next_setpoint = max(self._next_setpoint + cycle_s, now_s)
-            self._put(self._speed, Control=1, Speed=self.setpoint)
+        for setpoint in self._setpoints.values():
+            if setpoint.due(now_s):
+                self._put(setpoint.sealer, Control=1, **{setpoint.signal: setpoint.value})
 
     def acknowledge(self, data: bytes, now_s: float) -> None:
         """Takes an Ack frame; those for other clients' requests are left alone."""
@@ -146,10 +173,9 @@ class Commander:
                              str(answer["RunState"]), int(answer["Step"])))
 
     def release(self) -> None:
-        """Hands the speed over for good, so that the node does not brake because the bench has gone."""
-        if self.setpoint is not None:
-            self._put(self._speed, Control=0, Speed=self.setpoint)
-            self.setpoint = None
+        """Hands the values over for good, so that the node does not brake because the bench has gone."""
+        for name in self._setpoints:
+            self._let_go(name)
 
     def give_up(self) -> None:
         """Whatever is not answered by now never will be; what had not come due yet is not counted."""
@@ -158,13 +184,21 @@ class Commander:
         while self._ready:
             self._finish(Outcome(self._ready.popleft(), "not sent"))
 
-    def _set_speed(self, command: Command, now_s: float) -> None:
+    def _let_go(self, name: str) -> None:
+        """The speed stays as it was; a force ends."""
+        setpoint = self._setpoints[name]
+        if setpoint.value is not None:
+            self._put(setpoint.sealer, Control=0, **{setpoint.signal: setpoint.value if name == "speed" else 0.0})
+            setpoint.value = None
+
+    def _set(self, command: Command, now_s: float) -> None:
+        setpoint = self._setpoints[command.name]
         if command.value is None:
-            self.release()
+            self._let_go(command.name)
             return
-        if self.setpoint is None:
-            self._next_setpoint = now_s
-        self.setpoint = command.value
+        if setpoint.value is None:
+            setpoint.next_s = now_s
+        setpoint.value = command.value
 
     def _start(self, command: Command, now_s: float) -> None:
         self._pending = command
