@@ -245,7 +245,6 @@ static const void *source_of(const struct kl_signal *signal, uint32_t instance,
                    : &view->output->wheelset[instance];
     case KL_FROM_WHEEL:
     case KL_FROM_ADHESION:
-    case KL_FROM_PUSH:
         return wheel_of(view->output, instance);
     case KL_FROM_STATUS:
         return view->status;
@@ -290,11 +289,6 @@ static int64_t raw_of(const struct kl_signal *signal, const void *source,
     }
     if (signal->source == KL_FROM_ADHESION) {
         return kl_signal_quantise(signal, adhesion(source), counts);
-    }
-    if (signal->source == KL_FROM_PUSH) {
-        const double push = real_at(source, offsetof(struct kl_wheelset_output, push_m));
-        const double least = kl_signal_physical(signal, kl_signal_raw_min(signal));
-        return kl_signal_quantise(signal, push < least ? least : push, counts);
     }
     const void *field = (const unsigned char *)source + signal->where;
     switch (signal->type) {

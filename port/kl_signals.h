@@ -125,12 +125,10 @@ enum kl_signal_source {
     KL_FROM_WHEELSET,   /* struct kl_wheelset_output of the instance */
     KL_FROM_WHEEL,      /* likewise, the instance's side of one real per side */
     KL_FROM_ADHESION,   /* computed: |T| / N of the instance's wheel; 0 for a lifted wheel */
-    KL_FROM_PUSH,      /* push_m of the instance's wheel; the least where the flange is farther off,
-                           or not there, and that is no saturation */
-    KL_FROM_STATUS,    /* struct kl_bus_status */
-    KL_FROM_COMMAND,   /* struct kl_bus_command: written by the bench, read by the node */
-    KL_FROM_COUNTER,   /* the message's loss counter */
-    KL_FROM_PROTECTION /* CRC and alive counter: kl_protect.h fills them in */
+    KL_FROM_STATUS,     /* struct kl_bus_status */
+    KL_FROM_COMMAND,    /* struct kl_bus_command: written by the bench, read by the node */
+    KL_FROM_COUNTER,    /* the message's loss counter */
+    KL_FROM_PROTECTION  /* CRC and alive counter: kl_protect.h fills them in */
 };
 
 /* How the field is stored. Integers are raw values, reals physical ones. */

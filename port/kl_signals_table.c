@@ -256,8 +256,8 @@ static const struct kl_signal wheel_flange[] = {
     COUNTER,
     UNSIGNED_OF("Normal", 16, 16, 10, 0, "N", WHEEL(flange.normal_N),
                 "Normal force of the flange's contact, 0 where it is free"),
-    SIGNED("Push", 32, 16, 1, 6, "m", KL_FROM_PUSH, 0,
-           "By which the flange has pushed the rail aside, negative: its clearance, 32 mm at most"),
+    SIGNED_OF("Rail", 32, 16, 1, 6, "m", WHEEL(rail_m),
+              "By which the rail has given way outboard, from its place under the wheel at rest"),
     UNSIGNED_OF("Rise", 48, 16, 1, 6, "m", WHEEL(rise_m),
                 "Of the tread off the rail, 0 in contact"),
 };
