@@ -258,6 +258,48 @@ static enum kl_status make_dense(const struct kl_assembly *as, struct kl_arena *
     return KL_OK;
 }
 
+/* What a coordinate accelerates; 0 for what is not integrated by its own inertia. */
+static double inertia_of(const struct kl_vehicle_def *def, uint32_t coordinate) {
+    const uint32_t first = kl_wheelset_coordinate(def->n_bodies, 0);
+    if (coordinate >= first) {
+        const struct kl_wheelset_def *w = &def->wheelsets[(coordinate - first) / 4u];
+        const uint32_t which = (coordinate - first) % 4u;
+        return which == 0 ? w->mass_kg : which == 3u ? w->inertia_yaw_kgm2 : 0.0;
+    }
+    const struct kl_body_def *body = &def->bodies[coordinate / KL_FREEDOMS];
+    const uint32_t freedom = coordinate % KL_FREEDOMS;
+    return !kl_is_free(def, coordinate)  ? 0.0
+           : freedom < (uint32_t)KL_ROLL ? body->mass_kg
+                                         : body->inertia_kgm2[freedom - (uint32_t)KL_ROLL];
+}
+
+/*
+ * A mass matrix that is as good as singular: springs on a mass so small that no step could follow.
+ * The step is stable up to the angular frequency 2/step. The fastest one of the vehicle is no lower
+ * than sqrt(k_ii/m_i) of any coordinate (Rayleigh's quotient of its unit vector), so that nothing that
+ * could run is refused.
+ */
+static enum kl_status check_inertias(const struct kl_vehicle_def *def, const struct kl_dense *m,
+                                     struct kl_diag *diag) {
+    const double fastest = 2.0 / ((double)def->step_ns * 1e-9);
+    const uint32_t first = kl_wheelset_coordinate(def->n_bodies, 0);
+    for (uint32_t i = 0; i < m->n; i++) {
+        const double inertia = inertia_of(def, i);
+        const double k = m->k[(size_t)i * m->n + i];
+        if (inertia > 0.0 && k > fastest * fastest * inertia) {
+            const int body = i < first;
+            return kl_report(diag, KL_ERR_SINGULAR,
+                             body ? "body: mass or inertia too small for its springs and the step; "
+                                    "angular frequency, 1/s"
+                                  : "wheelset: mass or inertia too small for its springs and the "
+                                    "step; angular frequency, 1/s",
+                             (int32_t)(body ? i / KL_FREEDOMS : (i - first) / 4u),
+                             kl_sqrt(k / inertia));
+        }
+    }
+    return KL_OK;
+}
+
 /* Static equilibrium, and what each element carries of the weight there. */
 static enum kl_status find_loads(const struct kl_assembly *as, struct kl_arena *arena,
                                  double *load_N, double *preload, struct kl_diag *diag) {
@@ -269,6 +311,7 @@ static enum kl_status find_loads(const struct kl_assembly *as, struct kl_arena *
         status = kl_report(diag, KL_ERR_MEMORY, "static equilibrium", -1, (double)arena->wanted);
     }
     status = status == KL_OK ? kl_static_solve(def, &m, arena, q, preload, diag) : status;
+    status = status == KL_OK ? check_inertias(def, &m, diag) : status;
     for (uint32_t i = 0; i < def->n_elements && status == KL_OK; i++) {
         struct kl_reach reach;
         double sag = 0.0;

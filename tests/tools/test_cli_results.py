@@ -14,7 +14,6 @@ import math
 import os
 import pathlib
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -25,8 +24,6 @@ import unittest
 
 from cli import ARCS, CURVE, DEMO, FREE, KLINGEL, LINEAR, RESTRAINED, ROOT, WAGON, klingel, output, reference, rows
 
-STRICT = ("-std=c11 -ffp-contract=off -O2 -ffreestanding -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow "
-          "-Wundef -Wvla -Werror").split()
 UNDAMPED = ("--set", "elements.front.c_Ns_m=[0,0,0]", "--set", "elements.rear.c_Ns_m=[0,0,0]")
 
 
@@ -224,40 +221,6 @@ class Run(unittest.TestCase):
         self.assertEqual([int(r["faults"]) & 2 for r in motion[:-1]], [0] * (len(motion) - 1))
 
 
-class Build(unittest.TestCase):
-    def run_built(self, compiler: str, folder: pathlib.Path, *arguments: str) -> None:
-        source = folder / "model.c"
-        vehicle, speed = arguments[0], "25"
-        said = output("build", *arguments, "-o", source, "--name", "bench_model")
-        self.assertIn("const struct kl_model bench_model", said)
-        made = subprocess.run([compiler, *STRICT, f"-I{ROOT}/core", "-c", str(source), "-o", str(folder / "model.o")],
-                              capture_output=True, text=True, check=False)
-        self.assertEqual((made.returncode, made.stderr), (0, ""))
-        program = folder / "run_built"
-        subprocess.run([compiler, *STRICT[:3], "-DMODEL=bench_model", f"-I{ROOT}/core",
-                        str(ROOT / "tests/tools/fixtures/run_built.c"), str(folder / "model.o"),
-                        str(KLINGEL.parent / "libklingel_core.a"), "-o", str(program)], check=True)
-        stepped = subprocess.run([str(program), speed, "3000"], capture_output=True, text=True, check=False)
-        self.assertEqual(stepped.returncode, 0, "kl_model_check refused the built model")
-        self.assertEqual(stepped.stdout, output("run", vehicle, *arguments[1:], "--speed", speed, "--time", "3", "--final-hash"))
-
-    def test_built_models_are_the_same(self) -> None:
-        for compiler in filter(shutil.which, ("gcc", "clang")):
-            for arguments in ((WAGON, DEMO), (WAGON, CURVE), (WAGON,), (LINEAR,), (RESTRAINED, "models/s_curve.yaml"),
-                              ("tests/tools/good/elements.yaml",), ("tests/tools/good/train.yaml",)):
-                with self.subTest(compiler=compiler, arguments=arguments), tempfile.TemporaryDirectory() as folder:
-                    self.run_built(compiler, pathlib.Path(folder), *arguments)
-
-    def test_wrong_real_type_is_refused(self) -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            source = pathlib.Path(folder) / "model.c"
-            output("build", RESTRAINED, "-o", source)
-            made = subprocess.run(["gcc", *STRICT, "-DKL_REAL_FLOAT", f"-I{ROOT}/core", "-c", str(source), "-o", "/dev/null"],
-                                  capture_output=True, text=True, check=False)
-            self.assertNotEqual(made.returncode, 0)
-            self.assertIn("built for another real type", made.stderr)
-
-
 class Bench(unittest.TestCase):
     def test_figures_are_plausible(self) -> None:
         told = json.loads(output("bench", WAGON, DEMO, "--steps", "5000", "--json"))
@@ -268,12 +231,6 @@ class Bench(unittest.TestCase):
             self.assertTrue(50 < told[case]["median_ns"] < 50000, told)
         self.assertIn("median", output("bench", RESTRAINED, "--steps", "1000"))
 
-    @unittest.skipUnless(shutil.which("valgrind"), "needs valgrind")
-    def test_instructions_do_not_depend_on_the_input(self) -> None:
-        told = json.loads(output("bench", WAGON, DEMO, "--steps", "1000", "--json", "-", "--instructions"))
-        counts = [told[case]["instructions"] for case in ("straight", "track")]
-        self.assertTrue(all(1000 < c < 50000 for c in counts), counts)
-        self.assertLess(max(counts) / min(counts), 1.1)
 
 
 class Bus(unittest.TestCase):

@@ -35,6 +35,13 @@ class Temporary(unittest.TestCase):
 
 
 class Bench(Temporary):
+    @unittest.skipUnless(shutil.which("valgrind"), "needs valgrind")
+    def test_instructions_do_not_depend_on_the_input(self) -> None:
+        told = json.loads(output("bench", WAGON, DEMO, "--steps", "1000", "--json", "-", "--instructions"))
+        counts = [told[case]["instructions"] for case in ("straight", "track")]
+        self.assertTrue(all(1000 < c < 50000 for c in counts), counts)
+        self.assertLess(max(counts) / min(counts), 1.1)
+
     @unittest.skipUnless(shutil.which("valgrind") and shutil.which("addr2line"), "needs valgrind and addr2line")
     def test_stages(self) -> None:
         """They add up to the step; the wagon has springs, a restrained wheelset hardly any; irregularities cost the track
