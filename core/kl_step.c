@@ -69,6 +69,22 @@ void kl_input_init(struct kl_input *input) {
 
 /* ---- life ---- */
 
+/* Rails that the treads press as they stand, and that stand still. */
+#define REST_ROUNDS 6
+static void rest_rails(const struct kl_model *model, struct kl_state *state, struct kl_work *work) {
+    kl_refresh(model, state, work);
+    for (int round = 0; round < REST_ROUNDS && model->n_rails != 0; round++) {
+        for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+            const int32_t right = kl_rail_state_index(model, w, KL_RIGHT);
+            const struct kl_pair *pair = &model->pairs[model->wheelsets[w].pair];
+            for (int s = 0; s < KL_SIDES && right >= 0; s++) {
+                state->x[right + s] = state->lift[w].press_N[s] / pair->flange_stiffness_N_m;
+            }
+        }
+        kl_refresh(model, state, work);
+    }
+}
+
 enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_real s_m,
                        kl_real speed_m_s, struct kl_work *work) {
     if (model == NULL || state == NULL || work == NULL || model->version != KL_MODEL_VERSION ||
@@ -107,7 +123,7 @@ enum kl_status kl_init(const struct kl_model *model, struct kl_state *state, kl_
         state->lift[w].expected_N[KL_RIGHT] = KL_R(0.5) * wheelset->static_load_N;
         state->lift[w].expected_N[KL_LEFT] = KL_R(0.5) * wheelset->static_load_N;
     }
-    kl_refresh(model, state, work);
+    rest_rails(model, state, work);
     return KL_OK;
 }
 

@@ -182,11 +182,11 @@ class Run(unittest.TestCase):
             self.assertAlmostEqual(ratio, max(ratios), delta=6e-4)
 
     def test_weight_is_carried(self) -> None:
-        """Static wheel loads: 40 t on four wheels."""
-        row = rows(output("run", WAGON, "--speed", "20", "--time", "0", "--csv"))[0]
+        """Static wheel loads: 40 t on four wheels, when the start has died down."""
+        row = rows(output("run", WAGON, "--speed", "20", "--time", "20", "--every", "20000", "--csv"))[-1]
         loads = [float(row[f"{name}_{side}_Q_N"]) for name in ("front", "rear") for side in ("right", "left")]
-        self.assertEqual(len(set(loads)), 1)
-        self.assertAlmostEqual(sum(loads), (37200 + 2 * 1400) * 9.81, delta=1e-6)
+        self.assertLess(max(loads) - min(loads), 1e-4)
+        self.assertAlmostEqual(sum(loads), (37200 + 2 * 1400) * 9.81, delta=1e-4)
 
     def test_every(self) -> None:
         base = ("run", WAGON, DEMO, "--speed", "25", "--time", "0.025", "--csv")

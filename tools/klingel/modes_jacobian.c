@@ -84,6 +84,9 @@ static void divide(struct jacobian_plan *plan, const struct kl_model *model) {
         own(plan, y + KL_WS_YAW, part, STEP_POSITION);
         own(plan, y + KL_WS_YAW_RATE, part, STEP_RATE);
         own(plan, y + KL_WS_SPIN, part, STEP_SPIN);
+        own(plan, kl_rail_state_index(model, w, KL_RIGHT), part, STEP_POSITION);
+        own(plan, kl_rail_state_index(model, w, KL_LEFT), part, STEP_POSITION);
+        own(plan, kl_wheelset_state_index(model, w, KL_WS_TWIST), part, STEP_SPIN);
         next = y + KL_WHEELSET_STATES;
     }
     for (uint32_t i = 0; i < model->struts.n_slips; i++) {
