@@ -314,24 +314,25 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
 /* 1 where all accelerations are finite, and so far below the largest real that the new state will
  * be; a place or a velocity that is not finite makes some acceleration so. */
 static int is_sound(const struct kl_model *model, const struct kl_evaluation *e) {
-    kl_lane sum = kl_lane_all(KL_R(0));
+    kl_lane rising = kl_lane_all(KL_R(0));
+    kl_real sum = KL_R(0);
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const kl_real *rate = e->body[b].rate;
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            sum += kl_lane_all(rate[2u * f + 1u] * rate[2u * f + 1u]);
+            sum += rate[2u * f + 1u] * rate[2u * f + 1u];
         }
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const kl_real *rate = e->axle[w].rate;
-        const kl_real square = (rate[KL_WS_Y_RATE] * rate[KL_WS_Y_RATE] +
-                                rate[KL_WS_YAW_RATE] * rate[KL_WS_YAW_RATE]) +
-                               rate[KL_WS_SPIN] * rate[KL_WS_SPIN];
+        sum += (rate[KL_WS_Y_RATE] * rate[KL_WS_Y_RATE] +
+                rate[KL_WS_YAW_RATE] * rate[KL_WS_YAW_RATE]) +
+               rate[KL_WS_SPIN] * rate[KL_WS_SPIN];
         KL_EACH_LANE(g) {
             const kl_lane up = KL_LANE(e->forces[w].lifting.acceleration, g);
-            sum += kl_lane_all(square) + up * up;
+            rising += up * up;
         }
     }
-    return kl_lane_is_0(sum - sum);
+    return kl_lane_is_0(rising - rising) && sum - sum == KL_R(0);
 }
 
 /* ---- the step ---- */
