@@ -18,9 +18,6 @@ static inline void carry_on(const kl_real *x, const kl_real *rate, kl_real h, kl
     next_rate[0] = change;
 }
 
-/* The usual body has all freedoms: nothing to pick. */
-#define ALL_FREEDOMS (KL_HAS(KL_FREEDOMS) - 1u)
-
 /* Carries one body on. Returns how many states it has. */
 static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *from, uint32_t first,
                            const struct kl_track_layout *here, kl_real v,
@@ -28,7 +25,7 @@ static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *f
     const kl_real along = v * here->cant_s_1_m;
     const kl_real drift[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
                                         v * here->curvature_1_m};
-    if (body->freedoms == ALL_FREEDOMS) {
+    if (body->freedoms == KL_ALL_FREEDOMS) {
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
             const uint32_t i = first + 2u * f;
             carry_on(&from->x[i], &from->rate[i], from->h, drift[f], &motion->x[2u * f],

@@ -275,10 +275,16 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
     kl_real *rate = state->rate;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body_motion *m = &e->body[b];
-        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            if (model->bodies[b].freedoms & KL_HAS(f)) {
-                const kl_real a = m->rate[2u * f + 1u];
-                finish(x, rate, &m->x[2u * f], &m->rate[2u * f], h, a, a);
+        const uint32_t freedoms = model->bodies[b].freedoms;
+        if (freedoms == KL_ALL_FREEDOMS) {
+            for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += 2u, x += 2, rate += 2) {
+                finish(x, rate, &m->x[i], &m->rate[i], h, m->rate[i + 1u], m->rate[i + 1u]);
+            }
+            continue;
+        }
+        for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += 2u) {
+            if ((freedoms & KL_HAS(i / 2u)) != 0) {
+                finish(x, rate, &m->x[i], &m->rate[i], h, m->rate[i + 1u], m->rate[i + 1u]);
                 x += 2;
                 rate += 2;
             }
