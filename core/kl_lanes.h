@@ -90,6 +90,13 @@ static inline kl_lane kl_lane_load(const kl_real *from, int g) {
     __builtin_memcpy(&x, from, sizeof x);
     return x;
 }
+/* The same where the first of them stands at an even place. */
+static inline kl_lane kl_lane_load_even(const kl_real *from, int g) {
+    (void)g;
+    kl_lane x;
+    __builtin_memcpy(&x, __builtin_assume_aligned(from, sizeof x), sizeof x);
+    return x;
+}
 static inline void kl_lane_store(kl_real *to, int g, kl_lane x) {
     (void)g;
     __builtin_memcpy(to, &x, sizeof x);
@@ -138,6 +145,9 @@ static inline kl_lane kl_lane_if_0(kl_lane test, kl_lane a, kl_lane b) {
     return test == (kl_real)0 ? a : b;
 }
 static inline kl_lane kl_lane_load(const kl_real *from, int g) {
+    return from[g];
+}
+static inline kl_lane kl_lane_load_even(const kl_real *from, int g) {
     return from[g];
 }
 static inline void kl_lane_store(kl_real *to, int g, kl_lane x) {

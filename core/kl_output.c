@@ -128,6 +128,33 @@ static inline void write_wheelset(const struct kl_axle *axle, const struct kl_ax
     write_contacts(axle, forces, o);
 }
 
+/* ---- bodies ---- */
+
+/* Returns how many states it has. */
+static inline uint32_t write_body(uint32_t freedoms, const struct kl_body_motion *motion,
+                                  const kl_real *x, struct kl_body_output *o) {
+    if (freedoms == KL_ALL_FREEDOMS) {
+        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+            o->position[f] = motion->x[2u * f];
+            o->rate[f] = x[2u * f + 1u] - (motion->x[2u * f + 1u] - motion->rate[2u * f]);
+            o->acceleration[f] = motion->rate[2u * f + 1u];
+        }
+        o->acceleration[KL_Y] += motion->aside;
+        return 2u * KL_FREEDOMS;
+    }
+    uint32_t i = 0;
+    for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+        const int has = (freedoms & KL_HAS(f)) != 0;
+        const kl_real frame = motion->x[2u * f + 1u] - motion->rate[2u * f];
+        o->position[f] = motion->x[2u * f];
+        o->rate[f] = has ? x[i + 1u] - frame : KL_R(0);
+        o->acceleration[f] = has ? motion->rate[2u * f + 1u] : KL_R(0);
+        i += has ? 2u : 0u;
+    }
+    o->acceleration[KL_Y] += (freedoms & KL_HAS(KL_Y)) != 0 ? motion->aside : KL_R(0);
+    return i;
+}
+
 /* ---- the vehicle ---- */
 
 void kl_write_output(const struct kl_model *model, const struct kl_state *state,
@@ -142,17 +169,7 @@ void kl_write_output(const struct kl_model *model, const struct kl_state *state,
     output->acceleration_m_s2 = stage->speed_rate_m_s2;
     output->track = e->reference;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
-        const struct kl_body *body = &model->bodies[b];
-        const struct kl_body_motion *motion = &e->body[b];
-        struct kl_body_output *o = &output->body[b];
-        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            const int has = (body->freedoms & KL_HAS(f)) != 0;
-            o->position[f] = motion->x[2u * f];
-            o->rate[f] = has ? x[1] - (motion->x[2u * f + 1u] - motion->rate[2u * f]) : KL_R(0);
-            o->acceleration[f] = has ? motion->rate[2u * f + 1u] : KL_R(0);
-            x += has ? 2 : 0;
-        }
-        o->acceleration[KL_Y] += (body->freedoms & KL_HAS(KL_Y)) != 0 ? motion->aside : KL_R(0);
+        x += write_body(model->bodies[b].freedoms, &e->body[b], x, &output->body[b]);
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         write_wheelset(&e->axle[w], &e->forces[w], &model->pairs[model->wheelsets[w].pair], x,

@@ -18,9 +18,6 @@ static inline void carry_on(const kl_real *x, const kl_real *rate, kl_real h, kl
     next_rate[0] = change;
 }
 
-/* The usual body has all freedoms: nothing to pick. */
-#define ALL_FREEDOMS (KL_HAS(KL_FREEDOMS) - 1u)
-
 /* Carries one body on. Returns how many states it has. */
 static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *from, uint32_t first,
                            const struct kl_track_layout *here, kl_real v,
@@ -28,7 +25,7 @@ static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *f
     const kl_real along = v * here->cant_s_1_m;
     const kl_real drift[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
                                         v * here->curvature_1_m};
-    if (body->freedoms == ALL_FREEDOMS) {
+    if (body->freedoms == KL_ALL_FREEDOMS) {
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
             const uint32_t i = first + 2u * f;
             carry_on(&from->x[i], &from->rate[i], from->h, drift[f], &motion->x[2u * f],
@@ -180,6 +177,15 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
     }
 }
 
+/* What one column adds to two rows: elastic and viscous. */
+static inline void add_entry(const struct kl_spring *spring, kl_both *q, kl_both *first,
+                             kl_both *second) {
+    KL_EACH_LANE(g) {
+        KL_LANE(*first, g) += kl_lane_load_even(&spring[0].k, g) * KL_LANE(*q, g);
+        KL_LANE(*second, g) += kl_lane_load_even(&spring[1].k, g) * KL_LANE(*q, g);
+    }
+}
+
 /* Two rows at a time: every column is read once for both. */
 static void suspension_forces(const struct kl_suspension *restrict suspension,
                               kl_both *restrict motion, kl_real *restrict force) {
@@ -188,14 +194,19 @@ static void suspension_forces(const struct kl_suspension *restrict suspension,
     const uint16_t *twins = suspension->twins;
     const uint16_t *end = twins + 3u * kl_count_twins(suspension);
     for (; twins != end; twins += 3) {
-        kl_both first = {KL_R(0), KL_R(0)}; /* elastic, viscous */
+        kl_both first = {KL_R(0), KL_R(0)};
         kl_both second = {KL_R(0), KL_R(0)};
-        for (uint32_t n = twins[2]; n != 0; n--, spring += 2, column++) {
-            KL_EACH_LANE(g) {
-                const kl_lane q = KL_LANE(motion[*column], g);
-                KL_LANE(first, g) += kl_lane_load(&spring[0].k, g) * q;
-                KL_LANE(second, g) += kl_lane_load(&spring[1].k, g) * q;
-            }
+        const uint32_t n = twins[2];
+        if ((n & 1u) != 0) {
+            add_entry(spring, &motion[*column], &first, &second);
+            spring += 2;
+            column++;
+        }
+        for (uint32_t two = n >> 1; two != 0; two--) { /* one after the other */
+            add_entry(spring, &motion[column[0]], &first, &second);
+            add_entry(spring + 2, &motion[column[1]], &first, &second);
+            spring += 4;
+            column += 2;
         }
         force[twins[0]] = -KL_SUM(first);
         force[twins[1]] = -KL_SUM(second);
@@ -287,26 +298,32 @@ void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
     }
 }
 
+/* Twice what is in the linear springs. */
+static kl_real elastic_energy(const struct kl_suspension *suspension, kl_both *motion) {
+    const struct kl_spring *spring = suspension->spring;
+    const uint16_t *column = suspension->column;
+    const uint16_t *twins = suspension->twins;
+    kl_real twice = KL_R(0);
+    for (uint32_t t = kl_count_twins(suspension); t != 0; t--, twins += 3) {
+        const kl_real first = motion[twins[0]][COORDINATE];
+        const int alone = twins[1] == suspension->n_coordinates;
+        const kl_real second = alone ? KL_R(0) : motion[twins[1]][COORDINATE];
+        for (uint32_t n = twins[2]; n != 0; n--, spring += 2, column++) {
+            twice += (first * spring[0].k + second * spring[1].k) * motion[*column][COORDINATE];
+        }
+    }
+    return twice;
+}
+
 kl_real kl_energy(const struct kl_model *model, const struct kl_state *state,
                   struct kl_work *work) {
     struct kl_evaluation *e = kl_evaluation_in(work);
     const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
     const struct kl_origin here = {state->x, state->rate, state->lift, KL_R(0)};
-    e->faults = 0;
-    read_track(model, &stage, e);
-    place_bodies(model, &here, &stage, e);
-    place_wheelsets(model, &here, &stage, e);
-    if (model->n_twists != 0) {
-        kl_twists_carry(model, &here, e);
-    }
-    for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
-        e->motion[i][RATE] = KL_R(0);
-    }
-    suspension_forces(&model->suspension, e->motion, e->force);
-    kl_real twice = kl_struts_energy(&model->struts, slips_of(model, &here).u, e->motion);
-    for (uint32_t i = 0; i < model->suspension.n_coordinates; i++) {
-        twice -= e->motion[i][COORDINATE] * e->force[i];
-    }
+    kl_input_init(&e->kept);
+    kl_evaluate(model, &here, &stage, &e->kept, e);
+    kl_real twice = elastic_energy(&model->suspension, e->motion) +
+                    kl_struts_energy(&model->struts, slips_of(model, &here).u, e->motion);
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {

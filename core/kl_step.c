@@ -291,10 +291,16 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
     kl_real *rate = state->rate;
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body_motion *m = &e->body[b];
-        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            if (model->bodies[b].freedoms & KL_HAS(f)) {
-                const kl_real a = m->rate[2u * f + 1u];
-                finish(x, rate, &m->x[2u * f], &m->rate[2u * f], h, a, a);
+        const uint32_t freedoms = model->bodies[b].freedoms;
+        if (freedoms == KL_ALL_FREEDOMS) {
+            for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += 2u, x += 2, rate += 2) {
+                finish(x, rate, &m->x[i], &m->rate[i], h, m->rate[i + 1u], m->rate[i + 1u]);
+            }
+            continue;
+        }
+        for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += 2u) {
+            if ((freedoms & KL_HAS(i / 2u)) != 0) {
+                finish(x, rate, &m->x[i], &m->rate[i], h, m->rate[i + 1u], m->rate[i + 1u]);
                 x += 2;
                 rate += 2;
             }
@@ -330,24 +336,25 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
 /* 1 where all accelerations are finite, and so far below the largest real that the new state will
  * be; a place or a velocity that is not finite makes some acceleration so. */
 static int is_sound(const struct kl_model *model, const struct kl_evaluation *e) {
-    kl_lane sum = kl_lane_all(KL_R(0));
+    kl_lane rising = kl_lane_all(KL_R(0));
+    kl_real sum = KL_R(0);
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const kl_real *rate = e->body[b].rate;
         for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
-            sum += kl_lane_all(rate[2u * f + 1u] * rate[2u * f + 1u]);
+            sum += rate[2u * f + 1u] * rate[2u * f + 1u];
         }
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const kl_real *rate = e->axle[w].rate;
-        const kl_real square = (rate[KL_WS_Y_RATE] * rate[KL_WS_Y_RATE] +
-                                rate[KL_WS_YAW_RATE] * rate[KL_WS_YAW_RATE]) +
-                               rate[KL_WS_SPIN] * rate[KL_WS_SPIN];
+        sum += (rate[KL_WS_Y_RATE] * rate[KL_WS_Y_RATE] +
+                rate[KL_WS_YAW_RATE] * rate[KL_WS_YAW_RATE]) +
+               rate[KL_WS_SPIN] * rate[KL_WS_SPIN];
         KL_EACH_LANE(g) {
             const kl_lane up = KL_LANE(e->forces[w].lifting.acceleration, g);
-            sum += kl_lane_all(square) + up * up;
+            rising += up * up;
         }
     }
-    return kl_lane_is_0(sum - sum);
+    return kl_lane_is_0(rising - rising) && sum - sum == KL_R(0);
 }
 
 /* ---- the step ---- */

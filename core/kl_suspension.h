@@ -4,6 +4,9 @@
 
 #include "kl_step.h"
 
+/* The usual body has all freedoms: nothing to pick. */
+#define KL_ALL_FREEDOMS (KL_HAS(KL_FREEDOMS) - 1u)
+
 /* How many freedoms a body has. */
 static inline uint32_t kl_freedoms_of(const struct kl_body *body) {
     uint32_t n = 0;

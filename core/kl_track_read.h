@@ -8,13 +8,14 @@
 /* The piece that holds s, from the bin that holds it and at most two borders on. */
 static inline const struct kl_piece *kl_piece_at(const struct kl_track *track, kl_real s) {
     const kl_real top = (kl_real)(track->n_bins - 1u);
-    const uint32_t last = track->n_pieces - 1u;
-    uint32_t p = track->bin[(uint32_t)kl_clamp(s * track->inv_bin_1_m, KL_R(0), top)];
+    const struct kl_piece *last = &track->piece[track->n_pieces - 1u];
+    const struct kl_piece *at =
+        &track->piece[track->bin[(uint32_t)kl_clamp(s * track->inv_bin_1_m, KL_R(0), top)]];
     for (int i = 0; i < 2; i++) {
-        const uint32_t next = p < last ? p + 1u : last;
-        p = s >= track->piece[next].start_m ? next : p;
+        const struct kl_piece *next = at < last ? at + 1 : at;
+        at = s >= next->start_m ? next : at;
     }
-    return &track->piece[s < KL_R(0) ? 0u : p];
+    return at;
 }
 
 static inline struct kl_track_layout kl_layout_read(const struct kl_track *track, kl_real s) {

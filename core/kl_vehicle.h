@@ -222,7 +222,7 @@ struct kl_wheelset {
 #define KL_COORDINATES(bodies, wheelsets) (KL_FREEDOMS * (bodies) + 4u * (wheelsets))
 #define KL_MAX_COORDINATES KL_COORDINATES(KL_MAX_BODIES, KL_MAX_WHEELSETS)
 struct kl_spring {
-    kl_real k;
+    KL_ALIGN(2 * sizeof(kl_real)) kl_real k;
     kl_real c;
 };
 struct kl_suspension {
