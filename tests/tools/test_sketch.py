@@ -114,6 +114,12 @@ class Sketches(unittest.TestCase):
             self.assertTrue(all(x is None or 0 <= x <= width for x in item["x"]))
             self.assertTrue(all(y is None or 0 <= y <= height for y in item["y"]))
 
+    def test_every_number_of_the_list_stands_in_a_view(self) -> None:
+        for model in VEHICLES:
+            numbers = words(description(model), boxed=True)
+            for number in set(numbers):
+                self.assertGreaterEqual(numbers.count(number), 2, (model.name, number))
+
     def test_long_train_is_cut(self) -> None:
         text = words(description("models/ten_coaches.yaml"))
         self.assertIn("side view, the leading end; forward is to the right", text)

@@ -336,6 +336,9 @@ uint32_t sketch_wheelset_line(const struct cli_model *m, uint32_t i, char line[S
     } else {
         add(line, ", %s", model_file_pair_name(&m->file, w->pair));
     }
+    if (w->independent != 0) {
+        add(line, "; wheels turn by themselves");
+    }
     if (model->wheelsets[i].static_load_N > 0) {
         add(line, "; axle load %.5g kN", (double)model->wheelsets[i].static_load_N / 1e3);
     }

@@ -196,8 +196,18 @@ static void draw_wheelset(const struct sketch_view *v, const struct sketch_what 
         sketch_circle(v->sketch, SKETCH_WHEELSET, centre, v->scale * 0.08);
         return;
     }
-    draw_box(v, SKETCH_WHEELSET, (const double[3]){x - 0.08, -AXLE_HALF_M - 0.1, -r - 0.08},
-             (const double[3]){x + 0.08, AXLE_HALF_M + 0.1, -r + 0.08});
+    /* of wheels that turn by themselves a low beam between stubs */
+    const bool apart = what->def->wheelsets[i].independent != 0;
+    const double beam = apart ? 0.22 : 0.0;
+    const double reach = apart ? half - 0.15 : AXLE_HALF_M + 0.1;
+    draw_box(v, SKETCH_WHEELSET, (const double[3]){x - 0.08, -reach, beam - r - 0.08},
+             (const double[3]){x + 0.08, reach, beam - r + 0.08});
+    for (int side = -1; apart && side <= 1; side += 2) {
+        const double inner = side * reach;
+        const double outer = side * (AXLE_HALF_M + 0.1);
+        draw_box(v, SKETCH_WHEELSET, (const double[3]){x - 0.06, fmin(inner, outer), -r - 0.06},
+                 (const double[3]){x + 0.06, fmax(inner, outer), -r + 0.06});
+    }
     draw_wheel(v, x, r, half, 1);
     draw_wheel(v, x, r, half, -1);
 }
@@ -345,6 +355,19 @@ static bool draw_line_parts(struct sketch_view *v, const struct kl_element_def *
     return true;
 }
 
+/* What acts in roll alone, from above: a bar across with a lever at either end. */
+static void draw_roll_bar(struct sketch_view *v, const double at_m[3]) {
+    const struct sketch_point at = sketch_project(v, at_m);
+    const double half = 0.6 * v->scale;
+    const double lever = 0.5 * v->symbol_mm;
+    const struct sketch_point bar[4] = {{at.x + lever, at.y + half},
+                                        {at.x, at.y + half},
+                                        {at.x, at.y - half},
+                                        {at.x + lever, at.y - half}};
+    sketch_path(v->sketch, SKETCH_SPRING, bar, 4);
+    take_place(v, at);
+}
+
 /* True if there is anything of it to be seen from here. */
 static bool draw_element(struct sketch_view *v, const struct sketch_what *what, uint32_t i) {
     const struct kl_element_def *e = &what->def->elements[i];
@@ -375,6 +398,10 @@ static bool draw_element(struct sketch_view *v, const struct sketch_what *what, 
             take_place(v, at);
             any = true;
         }
+    }
+    if (!any && v->projection == SKETCH_PLAN && has_axis(part, n, KL_ALONG_ROLL)) {
+        draw_roll_bar(v, at_m);
+        any = true;
     }
     return any;
 }
