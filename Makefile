@@ -15,7 +15,7 @@ STRICT   = -std=c11 -ffp-contract=off -fno-fast-math -fno-math-errno -fno-trappi
 # What is built runs where it is built, and newer x86-64 processors have more registers and instructions. `make MACHINE=` is
 # for any x86-64. The bits are the same.
 ifneq ($(filter gcc gcc-% clang clang-%,$(notdir $(CC))),)
-MACHINE ?= $(if $(shell /lib64/ld-linux-x86-64.so.2 --help 2>/dev/null | grep 'x86-64-v3 (supported'),-march=x86-64-v3)
+MACHINE ?= $(if $(shell /lib64/ld-linux-x86-64.so.2 --help 2>/dev/null | grep 'x86-64-v3 .supported'),-march=x86-64-v3)
 MACHINE := $(MACHINE)
 endif
 # A step goes through many small functions of several files; gcc puts them together when the command is linked. The
