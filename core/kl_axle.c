@@ -52,7 +52,7 @@ static inline void bear(const struct kl_contact_forces *contact, kl_real limited
         const kl_lane most = kl_lane_all(KL_R(1));
         const kl_lane s = KL_LANE(*sin_delta, g);
         const kl_lane c = KL_LANE(*cos_delta, g);
-        const kl_lane ratio = KL_LANE(contact->t2, g) / KL_LANE(contact->used, g);
+        const kl_lane ratio = KL_LANE(contact->t2, g) * KL_LANE(contact->inv_used, g);
         const kl_lane t2 = limited * kl_lane_max(kl_lane_min(ratio, most), -most);
         const kl_lane inboard = kl_lane_of(KL_R(1), KL_R(-1), g) * t2;
         KL_LANE(b->aside, g) = s - inboard * c;
@@ -230,7 +230,7 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
 /* Creep goes with the normal force that it was found for. */
 static inline void scale_creep(struct kl_contact_forces *contact) {
     KL_EACH_LANE(g) {
-        const kl_lane by = KL_LANE(contact->normal, g) / KL_LANE(contact->used, g);
+        const kl_lane by = KL_LANE(contact->normal, g) * KL_LANE(contact->inv_used, g);
         KL_LANE(contact->t1, g) *= by;
         KL_LANE(contact->t2, g) *= by;
         KL_LANE(contact->m3, g) *= by;

@@ -148,8 +148,9 @@ struct kl_load {
 
 /* A contact of either wheel: first what it is at the normal force `used`, in the end at `normal`. */
 struct kl_contact_forces {
-    kl_both used; /* N that creep is found with, at least 1 N, and its N^(1/3) */
+    kl_both used; /* N that creep is found with, at least 1 N; its N^(1/3) and 1/N */
     kl_both third;
+    kl_both inv_used;
     kl_both normal;
     struct kl_creepages creepages;
     kl_both mu;

@@ -50,6 +50,7 @@ static inline void saturate(const struct kl_wheelset *restrict wheelset,
         const kl_lane secant = kl_lane_saturate(t1, t2, limit);
         const kl_lane reduction = slope * secant;
         KL_LANE(contact->third, g) = third;
+        KL_LANE(contact->inv_used, g) = y * (y * y);
         KL_LANE(contact->reduction, g) = reduction;
         KL_LANE(contact->t1, g) = secant * t1;
         KL_LANE(contact->t2, g) = secant * t2;
@@ -92,6 +93,7 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
         kl_lane_creep(def->law, forces->table, &in, &out);
         const kl_lane limit = mu * n;
         KL_LANE(contact->third, g) = third;
+        KL_LANE(contact->inv_used, g) = y * (y * y);
         KL_LANE(contact->t1, g) = limit * out.t1;
         KL_LANE(contact->t2, g) = limit * out.t2;
         KL_LANE(contact->m3, g) = limit * third * out.m3;
