@@ -47,7 +47,7 @@ struct bearing {
 
 static inline void bear(const struct kl_contact_forces *contact, kl_real limited,
                         const kl_both *sin_delta, const kl_both *cos_delta, const kl_both *arm,
-                        const kl_both *radius, const kl_both *normal_roll, struct bearing *b) {
+                        const kl_both *radius, kl_both *normal_roll, struct bearing *b) {
     KL_EACH_LANE(g) {
         const kl_lane most = kl_lane_all(KL_R(1));
         const kl_lane s = KL_LANE(*sin_delta, g);

@@ -20,8 +20,8 @@ static struct cell cell_at(const struct kl_pair *pair, const struct kl_side_tabl
 }
 
 /* A tread goes no further than to where its flange touches; `within` is 1 before, else 0. */
-static void find_cells(const struct kl_pair *restrict pair, const kl_both *w,
-                       struct kl_cells *cells, kl_both *within) {
+static void find_cells(const struct kl_pair *restrict pair, kl_both *w, struct kl_cells *cells,
+                       kl_both *within) {
     const kl_lane middle = kl_lane_all((kl_real)pair->half);
     kl_both place;
     KL_EACH_LANE(g) {
@@ -68,7 +68,7 @@ struct outboard {
     kl_both rate;
 };
 
-static void read_tables(const struct kl_pair *restrict pair, const kl_both *w,
+static void read_tables(const struct kl_pair *restrict pair, kl_both *w,
                         struct kl_axle *restrict axle, struct ride *restrict ride) {
     struct kl_cells *cells = &axle->cells;
     struct kl_coefficients *creep = &axle->creep;

@@ -49,23 +49,31 @@ static kl_real slip(const struct kl_slip *s, const struct kl_slip_origin *from, 
     return f;
 }
 
-/* A table of straight lines as the sum of its bends, away from 0 to either side; *twice gets twice
- * the integral. No search: the same operations wherever x is. */
-static kl_real bent(const struct kl_struts *s, uint32_t table, kl_real x, kl_real *twice) {
+/* A table of straight lines as the sum of its bends, away from 0 to either side. No search: the same
+ * operations wherever x is. */
+static kl_real bent(const struct kl_struts *s, uint32_t table, kl_real x) {
     const uint16_t *start = &s->bend_start[2u * table];
     kl_real f = KL_R(0);
-    *twice = KL_R(0);
     for (uint32_t i = start[0]; i < start[1]; i++) {
-        const kl_real beyond = kl_max_real(x - s->bend[i].at, KL_R(0));
-        f += s->bend[i].slope * beyond;
-        *twice += s->bend[i].slope * (beyond * beyond);
+        f += s->bend[i].slope * kl_max_real(x - s->bend[i].at, KL_R(0));
     }
     for (uint32_t i = start[1]; i < start[2]; i++) {
-        const kl_real beyond = kl_min_real(x - s->bend[i].at, KL_R(0));
-        f += s->bend[i].slope * beyond;
-        *twice += s->bend[i].slope * (beyond * beyond);
+        f += s->bend[i].slope * kl_min_real(x - s->bend[i].at, KL_R(0));
     }
     return f;
+}
+
+/* Twice its integral. */
+static kl_real bent_energy(const struct kl_struts *s, uint32_t table, kl_real x) {
+    const uint16_t *start = &s->bend_start[2u * table];
+    kl_real twice = KL_R(0);
+    for (uint32_t i = start[0]; i < start[2]; i++) {
+        const kl_real past = x - s->bend[i].at;
+        const kl_real beyond =
+            i < start[1] ? kl_max_real(past, KL_R(0)) : kl_min_real(past, KL_R(0));
+        twice += s->bend[i].slope * (beyond * beyond);
+    }
+    return twice;
 }
 
 void kl_struts_act(const struct kl_struts *restrict struts,
@@ -77,18 +85,17 @@ void kl_struts_act(const struct kl_struts *restrict struts,
     uint32_t strut = 0;
     uint32_t table = 0;
     kl_both d;
-    kl_real twice;
     for (uint32_t i = 0; i < struts->n_slips; i++, strut++) {
         deflection(struts, strut, motion, &d);
         pull(struts, strut, slip(&struts->slip[i], from, i, d[COORDINATE], slipped), force);
     }
     for (uint32_t i = 0; i < struts->n_stops; i++, strut++, table++) {
         deflection(struts, strut, motion, &d);
-        pull(struts, strut, bent(struts, table, d[COORDINATE], &twice), force);
+        pull(struts, strut, bent(struts, table, d[COORDINATE]), force);
     }
     for (uint32_t i = 0; i < struts->n_dampers; i++, strut++, table++) {
         deflection(struts, strut, motion, &d);
-        pull(struts, strut, bent(struts, table, d[RATE], &twice), force);
+        pull(struts, strut, bent(struts, table, d[RATE]), force);
     }
     for (uint32_t i = 0; i < struts->n_actuators; i++, strut++) {
         pull(struts, strut, -input->actuator_N[struts->input[i]], force);
@@ -100,13 +107,12 @@ kl_real kl_strut_force(const struct kl_strut_view *view, uint32_t strut) {
     const uint32_t first_damper = s->n_slips + s->n_stops;
     const uint32_t first_actuator = first_damper + s->n_dampers;
     kl_both d;
-    kl_real twice;
     deflection(s, strut, view->q, &d);
     if (strut < s->n_slips) {
         return s->slip[strut].k * (d[COORDINATE] - view->slipped->u[strut]);
     }
     if (strut < first_actuator) {
-        return bent(s, strut - s->n_slips, d[strut < first_damper ? COORDINATE : RATE], &twice);
+        return bent(s, strut - s->n_slips, d[strut < first_damper ? COORDINATE : RATE]);
     }
     return -view->input->actuator_N[s->input[strut - first_actuator]];
 }
@@ -122,10 +128,8 @@ kl_real kl_struts_energy(const struct kl_struts *struts, const kl_real *u, kl_bo
         sum += s->k * (held * held);
     }
     for (uint32_t i = 0; i < struts->n_stops; i++) {
-        kl_real twice;
         deflection(struts, struts->n_slips + i, motion, &d);
-        (void)bent(struts, i, d[COORDINATE], &twice);
-        sum += twice;
+        sum += bent_energy(struts, i, d[COORDINATE]);
     }
     return sum;
 }

@@ -173,7 +173,7 @@ struct kl_node_ack {
     uint8_t run_state;
 };
 
-/* 2.6 KB with 8 bodies and 8 wheelsets; fields are for reading. */
+/* 3.3 KB with 8 bodies, wheelsets and actuators; fields are for reading. */
 struct kl_node {
     struct kl_node_config config;
     struct kl_layout layout;
