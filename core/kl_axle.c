@@ -81,9 +81,9 @@ static inline void bear_both(const struct kl_wheelset *restrict wheelset,
                                   (radius + arm * down) * KL_LANE(f->sin_delta, g);
     }
     bear(&forces->tread, kl_axle_is_limited(wheelset) ? KL_R(1) : KL_R(0), &axle->sin_delta,
-         &axle->cos_delta, &axle->arm, &axle->radius, (const kl_both *)&roll, tread);
-    bear(&forces->flange, KL_R(1), &f->sin_delta, &f->cos_delta, &f->arm, &f->radius,
-         (const kl_both *)&flange_roll, flange);
+         &axle->cos_delta, &axle->arm, &axle->radius, &roll, tread);
+    bear(&forces->flange, KL_R(1), &f->sin_delta, &f->cos_delta, &f->arm, &f->radius, &flange_roll,
+         flange);
 }
 
 /* Creep that does not follow the normal force is a load like others. */
