@@ -236,7 +236,7 @@ void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
     KL_EACH_LANE(g) {
         KL_LANE(out.w, g) -= KL_LANE(axle->rail.q, g);
     }
-    read_tables(pair, (const kl_both *)&out.w, axle, &ride);
+    read_tables(pair, &out.w, axle, &ride);
     KL_EACH_LANE(g) {
         KL_LANE(axle->height, g) = KL_LANE(ride.height, g) - KL_LANE(axle->rise, g);
     }
