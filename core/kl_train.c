@@ -70,7 +70,8 @@ static struct share share_of(const struct kl_model *model, const struct kl_evalu
     const struct kl_wheelset *wheelset = &model->wheelsets[w];
     const struct kl_axle *axle = &e->axle[w];
     struct kl_stiffness z;
-    kl_axle_stiffness(wheelset, axle, &e->forces[w], model->step_s, &z);
+    kl_axle_stiffness(wheelset, &model->pairs[wheelset->pair], axle, &e->forces[w], model->step_s,
+                      &z);
     const kl_real inv_radius = KL_R(1) / model->pairs[wheelset->pair].radius_m;
     const kl_real half_z = KL_R(0.5) * z.spin;
     const kl_real sigma = kl_lane_first(kl_carried_part(kl_lane_all(z.spin)));
