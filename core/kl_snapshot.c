@@ -101,9 +101,8 @@ uint64_t kl_state_hash(const struct kl_state *state) {
     h = hash_word(h, ((uint64_t)state->faults << 32) | state->n_states);
     h = hash_word(h, word_of(state->s_m));
     h = hash_word(h, word_of(state->speed_m_s));
-    if (state->speed_rate_m_s2 != KL_R(0)) { /* a free speed */
-        h = hash_word(h, word_of(state->speed_rate_m_s2));
-    }
+    const uint64_t speed_rate = word_of(state->speed_rate_m_s2);
+    h = speed_rate != 0u ? hash_word(h, speed_rate) : h; /* a free speed */
     const uint32_t n = count_words(state->n_states, KL_MAX_WHEELSETS);
     const uint32_t always = count_words(state->n_states, LIFTS_ALWAYS);
     for (uint32_t i = 0; i < (n > always ? n : always); i++) {
