@@ -2,9 +2,9 @@
 #include "kl_math.h"
 #include "kl_step.h"
 
-#define MAGIC UINT64_C(0x33544154534c4b21) /* "!KLSTAT3" */
-/* magic, model hash, tick, fault tick, faults and number of states, s, V, check sum */
-#define HEADER_WORDS 7u
+#define MAGIC UINT64_C(0x34544154534c4b21) /* "!KLSTAT4" */
+/* magic, model hash, tick, fault tick, faults and number of states, s, V, V' */
+#define HEADER_WORDS 8u
 
 static uint64_t word_of(kl_real x) {
 #ifdef KL_REAL_FLOAT
@@ -101,6 +101,8 @@ uint64_t kl_state_hash(const struct kl_state *state) {
     h = hash_word(h, ((uint64_t)state->faults << 32) | state->n_states);
     h = hash_word(h, word_of(state->s_m));
     h = hash_word(h, word_of(state->speed_m_s));
+    const uint64_t speed_rate = word_of(state->speed_rate_m_s2);
+    h = speed_rate != 0u ? hash_word(h, speed_rate) : h; /* a free speed */
     const uint32_t n = count_words(state->n_states, KL_MAX_WHEELSETS);
     const uint32_t always = count_words(state->n_states, LIFTS_ALWAYS);
     for (uint32_t i = 0; i < (n > always ? n : always); i++) {
@@ -130,6 +132,7 @@ enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *
     put(buffer + 32, ((uint64_t)state->faults << 32) | state->n_states);
     put(buffer + 40, word_of(state->s_m));
     put(buffer + 48, word_of(state->speed_m_s));
+    put(buffer + 56, word_of(state->speed_rate_m_s2));
     for (uint32_t i = 0; i < n; i++) {
         put(buffer + 8u * (HEADER_WORDS + i), word_of(value_at(state, i)));
     }
@@ -158,6 +161,7 @@ enum kl_status kl_restore(const struct kl_model *model, struct kl_state *state,
     state->n_states = model->n_states;
     state->s_m = real_of(get(buffer + 40));
     state->speed_m_s = real_of(get(buffer + 48));
+    state->speed_rate_m_s2 = real_of(get(buffer + 56));
     for (uint32_t i = 0; i < n; i++) {
         *word_at(state, i) = real_of(get(buffer + 8u * (HEADER_WORDS + i)));
     }

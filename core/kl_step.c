@@ -4,6 +4,7 @@
 #include "kl_damp.h"
 #include "kl_math.h"
 #include "kl_rates.h"
+#include "kl_train.h"
 #include "kl_twist.h"
 
 /* ---- inputs ---- */
@@ -51,6 +52,9 @@ static uint32_t check_input(const struct kl_model *model, const struct kl_state 
     int cut = kl_struts_limit(&model->struts, input, kept);
     if (model->n_twists != 0) {
         cut |= kl_twists_limit(model, input, kept);
+    }
+    if (model->running.free != 0) {
+        cut |= kl_train_limit(input, kept);
     }
     return kl_lane_is_0(wrong) && !cut ? 0u : (uint32_t)KL_FAULT_INPUT;
 }
@@ -243,8 +247,11 @@ void kl_rates(const struct kl_model *model, const struct kl_state *state,
 void kl_observe(const struct kl_model *model, const struct kl_state *state,
                 const struct kl_input *input, struct kl_output *output, struct kl_work *work) {
     struct kl_evaluation *e = kl_evaluation_in(work);
-    const struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
+    struct kl_stage stage = {state->s_m, state->speed_m_s, KL_R(0)};
     look_at(model, state, input, e);
+    if (model->running.free != 0) {
+        stage.speed_rate_m_s2 = kl_train_acceleration(model, e);
+    }
     kl_write_output(model, state, &stage, e, output);
 }
 
@@ -384,6 +391,10 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_
     if (model->n_twists != 0) {
         kl_twists_refresh(model, e, state);
     }
+    state->speed_rate_m_s2 = KL_R(0);
+    if (model->running.free != 0) {
+        kl_train_refresh(model, e, state);
+    }
 }
 
 /* Takes the new state over, or holds the old one; latches faults. Returns 1 where held. */
@@ -403,23 +414,40 @@ static int settle(const struct kl_model *model, struct kl_state *state,
     return hold;
 }
 
+/* A prescribed speed goes straight to its set-point. */
+static struct kl_stage follow(const struct kl_model *model, const struct kl_state *state,
+                              kl_real speed_m_s) {
+    const kl_real h = model->step_s;
+    const kl_real most = model->acceleration_limit_m_s2 * h;
+    const kl_real change = kl_clamp(speed_m_s - state->speed_m_s, -most, most);
+    const kl_real v = state->speed_m_s + change;
+    const struct kl_stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v)), v,
+                                 change / h};
+    return end;
+}
+
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
                  struct kl_output *output, struct kl_work *work) {
     struct kl_evaluation *e = kl_evaluation_in(work);
     const kl_real h = model->step_s;
     uint32_t faults = check_input(model, state, input, &e->kept);
-    const kl_real most = model->acceleration_limit_m_s2 * h;
-    const kl_real change = kl_clamp(e->kept.speed_m_s - state->speed_m_s, -most, most);
-    const kl_real v = state->speed_m_s + change;
-    const struct kl_stage end = {state->s_m + h * (KL_R(0.5) * (state->speed_m_s + v)), v,
-                                 change / h};
+    const int runs_free = model->running.free != 0;
+    struct kl_stage end =
+        runs_free ? kl_train_carry(model, state) : follow(model, state, e->kept.speed_m_s);
     const struct kl_origin from = {state->x, state->rate, state->lift, h};
     kl_evaluate(model, &from, &end, &e->kept, e);
     faults |= e->faults;
+    kl_real speed_rate = KL_R(0);
+    if (runs_free) {
+        faults |= kl_train_move(model, state, e, &end, &speed_rate);
+    }
     const int sound = is_sound(model, e) && kl_finite_real(end.s_m);
     faults |= sound ? 0u : (uint32_t)KL_FAULT_NONFINITE;
 
     const int hold = settle(model, state, e, &end, faults);
+    if (runs_free && !hold) {
+        state->speed_rate_m_s2 = speed_rate;
+    }
     if (output != NULL && !hold) {
         kl_write_output(model, state, &end, e, output);
     } else if (output != NULL) { /* the last good output stays; time and faults go on */

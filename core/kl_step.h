@@ -73,8 +73,9 @@ struct kl_state {
     uint64_t fault_tick; /* tick at which the first fault was latched */
     uint32_t faults;     /* enum kl_fault bits */
     uint32_t n_states;
-    kl_real s_m;       /* distance of the vehicle's reference point */
-    kl_real speed_m_s; /* V */
+    kl_real s_m;             /* distance of the vehicle's reference point */
+    kl_real speed_m_s;       /* V */
+    kl_real speed_rate_m_s2; /* of a free V: with which it goes on; 0 of a prescribed one */
     kl_real x[KL_MAX_STATES];
     kl_real
         rate[KL_MAX_STATES]; /* with which x goes on; of y', psi', Omega and twist of a wheelset the
@@ -83,7 +84,9 @@ struct kl_state {
 };
 
 struct kl_input {
-    kl_real speed_m_s;                         /* set-point of V, 0..KL_MAX_SPEED_M_S */
+    kl_real speed_m_s;    /* set-point of V, 0..KL_MAX_SPEED_M_S; a free speed ignores it */
+    kl_real draw_force_N; /* on the whole train along the track, positive forward: what draws or
+                             buffs it, or a grade; -1e8..1e8; a prescribed speed ignores it */
     kl_real axle_torque_Nm[KL_MAX_WHEELSETS];  /* positive drives forward; half of it on either of
                                                  independent wheels */
     kl_real twist_torque_Nm[KL_MAX_WHEELSETS]; /* of independent wheels: more on the right one and
@@ -207,6 +210,8 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_
  * Integrator: leapfrog (Stoermer-Verlet) with one evaluation a step, second order, symplectic where
  * forces come from places alone; velocities enter the forces by extrapolation, and the diagonal
  * creep damping of each wheelset, reduced by the secant of the saturated law, is taken implicitly.
+ * A free speed is integrated as the momentum of all that rolls, which creep does not stiffen. It does
+ * not go below 0: at rest resistance, and a torque that would push backwards, hold the train.
  * As that damping grows stiff (towards standstill) the method turns into the implicit Euler one for
  * y', psi' and Omega. Independent wheels can roll while the wheelset yaws, so there yaw and twist are
  * damped together: the slip of both as above, what rolls not at all. Stable below: undamped angular frequency 2/step, explicit damping 1/step.
@@ -215,8 +220,8 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_
 uint32_t kl_step(const struct kl_model *model, struct kl_state *state, const struct kl_input *input,
                  struct kl_output *output, struct kl_work *work);
 
-/* The right-hand side alone: rates of state->x at the state's own s and V, exact for the state. Used
- * for linearisation. Bound: 16 evaluations. */
+/* The right-hand side alone: rates of state->x at the state's own s and V, exact for the state; V is
+ * held, also a free one. Used for linearisation. Bound: 16 evaluations. */
 void kl_rates(const struct kl_model *model, const struct kl_state *state,
               const struct kl_input *input, kl_real rates[KL_MAX_STATES], struct kl_work *work);
 
@@ -238,7 +243,7 @@ uint64_t kl_state_hash(const struct kl_state *state);
 /* A snapshot for another process or machine: little-endian bytes with the model's hash and a check
  * sum. */
 #define KL_SNAPSHOT_SIZE                                                                           \
-    (64u + 16u * KL_MAX_STATES + 8u * KL_LIFT_FIELDS * KL_SIDES * KL_MAX_WHEELSETS)
+    (72u + 16u * KL_MAX_STATES + 8u * KL_LIFT_FIELDS * KL_SIDES * KL_MAX_WHEELSETS)
 enum kl_status kl_snapshot(const struct kl_model *model, const struct kl_state *state,
                            unsigned char *buffer, size_t size_bytes, size_t *used_bytes);
 /* KL_ERR_SNAPSHOT: damaged, or of another model; the state is then untouched. */

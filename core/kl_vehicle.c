@@ -96,6 +96,21 @@ static enum kl_status check_wheelset(const struct kl_vehicle_def *def, uint32_t 
     return check_creep(&w->creep, i, diag);
 }
 
+static enum kl_status check_running(const struct kl_running_def *r, struct kl_diag *diag) {
+    const double given[3] = {r->resistance_N, r->resistance_Ns_m, r->resistance_Ns2_m2};
+    for (int k = 0; k < 3; k++) {
+        if (!(given[k] >= 0.0 && given[k] < 1e8)) {
+            return kl_report(diag, KL_ERR_VALUE, "vehicle: running resistances must be in 0..1e8",
+                             -1, given[k]);
+        }
+        if (given[k] != 0.0 && r->free == 0) {
+            return kl_report(diag, KL_ERR_VALUE, "vehicle: a running resistance needs a free speed",
+                             -1, given[k]);
+        }
+    }
+    return KL_OK;
+}
+
 static enum kl_status check_vehicle(const struct kl_vehicle_def *def, struct kl_diag *diag) {
     if (def->n_bodies > KL_MAX_BODIES || def->n_wheelsets > KL_MAX_WHEELSETS ||
         def->n_pairs > KL_MAX_PAIRS || def->n_elements > KL_MAX_ELEMENTS ||
@@ -123,7 +138,7 @@ static enum kl_status check_vehicle(const struct kl_vehicle_def *def, struct kl_
         return kl_report(diag, KL_ERR_VALUE, "vehicle: acceleration_limit_m_s2 must be in 0..1000",
                          -1, def->acceleration_limit_m_s2);
     }
-    enum kl_status status = KL_OK;
+    enum kl_status status = check_running(&def->running, diag);
     for (uint32_t i = 0; i < def->n_bodies && status == KL_OK; i++) {
         status = check_body(&def->bodies[i], (int32_t)i, diag);
     }
@@ -178,6 +193,28 @@ static void set_wheelset(struct kl_wheelset *to, const struct kl_wheelset_def *f
     to->creep.falls = from->creep.falls != 0 ? 1u : 0u;
     to->creep.k_a = or_one(from->creep.k_a);
     to->creep.k_s = from->creep.k_s != KL_R(0) ? from->creep.k_s : to->creep.k_a;
+}
+
+static void set_running(const struct kl_vehicle_def *def, struct kl_model *model) {
+    double mass = 0.0;
+    double rolling = 0.0;
+    if (def->running.free == 0) {
+        return;
+    }
+    for (uint32_t i = 0; i < def->n_bodies; i++) {
+        mass += def->bodies[i].mass_kg;
+    }
+    for (uint32_t i = 0; i < def->n_wheelsets; i++) {
+        const double r0 = (double)model->pairs[def->wheelsets[i].pair].radius_m;
+        mass += def->wheelsets[i].mass_kg;
+        rolling += def->wheelsets[i].inertia_spin_kgm2 / (r0 * r0);
+    }
+    model->running.free = 1u;
+    model->running.mass_kg = (kl_real)mass;
+    model->running.rolling_kg = (kl_real)(mass + rolling);
+    model->running.resistance_N = (kl_real)def->running.resistance_N;
+    model->running.resistance_Ns_m = (kl_real)def->running.resistance_Ns_m;
+    model->running.resistance_Ns2_m2 = (kl_real)def->running.resistance_Ns2_m2;
 }
 
 /* The law whose coefficients a pair's rows must hold. Linear and saturated creep share theirs. */
@@ -292,6 +329,7 @@ enum kl_status kl_build(const struct kl_vehicle_def *def, struct kl_arena *arena
     model->step_s = (kl_real)((double)def->step_ns * 1e-9);
     model->gravity_m_s2 = (kl_real)def->gravity_m_s2;
     model->acceleration_limit_m_s2 = (kl_real)def->acceleration_limit_m_s2;
+    set_running(def, model);
     for (uint32_t i = 0; i < model->n_pairs; i++) {
         if (model->pairs[i].law == KL_CREEP_TABLE) {
             model->creep_table = def->creep_table;
@@ -405,6 +443,12 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     h = hash_u32(hash_u32(hash_real(h, m->step_s), m->n_states), m->n_rails);
     h = hash_real(hash_real(h, m->gravity_m_s2), m->acceleration_limit_m_s2);
     h = hash_u32(hash_u32(hash_u32(h, m->n_bodies), m->n_wheelsets), m->n_pairs);
+    if (m->running.free != 0) {
+        const kl_real values[] = {m->running.mass_kg, m->running.rolling_kg,
+                                  m->running.resistance_N, m->running.resistance_Ns_m,
+                                  m->running.resistance_Ns2_m2};
+        h = kl_hash_bytes(hash_u32(h, m->running.free), values, sizeof values);
+    }
     h = hash_bodies(h, m);
     h = hash_pairs(h, m);
     if (m->creep_table != NULL) {
@@ -502,7 +546,9 @@ static int has_sound_tables(const struct kl_model *m) {
         }
         twists += m->wheelsets[i].independent;
     }
-    return twists == m->n_twists && has_sound_struts(m);
+    const int runs = m->running.free == 0 ||
+                     (m->running.mass_kg > KL_R(0) && m->running.rolling_kg >= m->running.mass_kg);
+    return runs && twists == m->n_twists && has_sound_struts(m);
 }
 
 enum kl_status kl_model_check(const struct kl_model *model) {

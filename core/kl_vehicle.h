@@ -164,11 +164,25 @@ struct kl_linkage_def {
     int rigid; /* 1: k and c are the builder's */
 };
 
+/*
+ * The speed V: prescribed, following the input's set-point; or free, a freedom that all bodies and
+ * wheelsets share, with their masses and what rolls of them. Free, it follows from torques, creep,
+ * the input's draw_force_N and the running resistance A + B V + C V^2, which at rest holds the train
+ * with up to A.
+ */
+struct kl_running_def {
+    int free;                 /* 0: prescribed */
+    double resistance_N;      /* A >= 0; of a free speed alone, as the next two */
+    double resistance_Ns_m;   /* B >= 0 */
+    double resistance_Ns2_m2; /* C >= 0 */
+};
+
 struct kl_vehicle_def {
     char name[KL_NAME_SIZE];
     int64_t step_ns;                /* fixed step, 10 us .. 10 ms; 1000000 is usual */
     double gravity_m_s2;            /* 0..20 */
     double acceleration_limit_m_s2; /* slope of the speed after a new set-point, > 0 */
+    struct kl_running_def running;
     uint32_t n_bodies;
     uint32_t n_wheelsets; /* at least 1 */
     uint32_t n_elements;
@@ -272,6 +286,15 @@ static inline uint32_t kl_count_struts(const struct kl_struts *s) {
     return s->n_slips + s->n_stops + s->n_dampers + s->n_actuators;
 }
 
+struct kl_running {
+    uint32_t free; /* 0: nothing else is used */
+    kl_real mass_kg;
+    kl_real rolling_kg; /* mass, and I_y/r0^2 of the wheelsets */
+    kl_real resistance_N;
+    kl_real resistance_Ns_m;
+    kl_real resistance_Ns2_m2;
+};
+
 struct kl_model {
     uint32_t version;
     uint32_t real_bytes;
@@ -289,6 +312,7 @@ struct kl_model {
     const struct kl_body *bodies;
     const struct kl_wheelset *wheelsets;
     const struct kl_pair *pairs;
+    struct kl_running running;
     struct kl_suspension suspension;
     struct kl_struts struts;
     struct kl_track track;

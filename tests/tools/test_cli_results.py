@@ -354,6 +354,59 @@ class Hil(unittest.TestCase):
                                 "--time", "0.1", "--priority", "0").count("bus: socketcand"), 1)
 
 
+class FreeSpeed(unittest.TestCase):
+    MODEL = "models/coasting_wagon.yaml"
+    MASS = 40000 + 2 * 100 / 0.46**2  # what rolls included; resistance 600 N and 2.5 N/(m/s)^2, see the file
+
+    def test_coasting(self) -> None:
+        """sqrt(A/C) tan(atan(V0 sqrt(C/A)) - t sqrt(A C)/M)"""
+        last = rows(output("run", self.MODEL, "--speed", "25", "--time", "100", "--csv", "--every", "100000"))[-1]
+        speed = math.sqrt(600 / 2.5) * math.tan(math.atan(25 * math.sqrt(2.5 / 600)) - 100 * math.sqrt(600 * 2.5) / self.MASS)
+        self.assertAlmostEqual(float(last["speed_m_s"]), speed, delta=1e-4)
+
+    def test_inputs(self) -> None:
+        """Torque over r0, and the draw force. (In the middle the wheels touch where they are 0.1 mm smaller.)"""
+        last = rows(output("run", self.MODEL, "--speed", "0", "--time", "10", "--csv", "--every", "10000", "--set",
+                           "running_resistance.quadratic_Ns2_m2=0", "--input", "wagon_front.axle_torque_Nm=4600",
+                           "--input", "draw_force_N=1e3"))[-1]
+        self.assertAlmostEqual(float(last["speed_m_s"]), 10 * (10000 + 1000 - 600) / self.MASS, delta=1e-3)
+
+    def test_recorded_and_repeated(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            kept = pathlib.Path(folder) / "run.klr"
+            output("run", self.MODEL, DEMO, "--speed", "20", "--time", "3", "--input", "draw_force_N=2e3", "--record", kept)
+            self.assertIn("draw_force_N", kept.read_text())
+            output("replay", kept)
+            self.assertEqual(klingel("diff", kept, kept).returncode, 0)
+
+    def test_analyses_hold_it(self) -> None:
+        """At a given speed the wagon with a free speed is the wagon."""
+        said = [output("critical", model, "--linear") for model in (WAGON, self.MODEL)]
+        speeds = [re.findall(r"[\d.]+ m/s", text) for text in said]
+        self.assertTrue(speeds[0])
+        self.assertEqual(*speeds)
+        curves = [rows(output("curve", model, "--radius=1000", "--cant", "100mm", "--cant-deficiency", "50mm", "--csv"))
+                  for model in (WAGON, self.MODEL)]
+        for a, b in zip(*curves, strict=True):
+            self.assertAlmostEqual(float(a["y_m"]), float(b["y_m"]), delta=1e-9)
+            self.assertEqual(a["speed_m_s"], b["speed_m_s"])
+        found = [{(r["real_1_s"], r["imag_rad_s"]) for r in rows(output("modes", m, "--speeds", "30:30:1", "--csv"))}
+                 for m in (WAGON, self.MODEL)]
+        self.assertEqual(*found)
+
+    def test_refusals(self) -> None:
+        base = ("run", self.MODEL, "--speed", "20", "--time", "1")
+        for more, reason in ((("--speed-to", "25"), "no set-point moves it"),
+                             (("--input", "draw_force=1"), "did you mean draw_force_N"),
+                             (("--input", "wagon_front.axle_torque_Nm"), "must be NAME=VALUE"),
+                             (("--input", "draw_force_N=much"), "must be a number")):
+            done = klingel(*base, *more)
+            self.assertEqual(done.returncode, 2, more)
+            self.assertIn(reason, done.stderr)
+        done = klingel("run", WAGON, "--speed", "20", "--time", "1", "--input", "draw_force_N=1")
+        self.assertEqual(done.returncode, 2)
+
+
 class Forces(unittest.TestCase):
     RUN = ("run", "models/manchester_vehicle1.yaml", "--speed", "20", "--time", "0.02", "--csv", "--every", "10")
 

@@ -66,6 +66,35 @@ static void test_inputs_have_numbers(void **unused) {
     assert_true(input.falling_decay_s_m[1][KL_LEFT] == 19 && input.side_force_N[0] == 20);
 }
 
+/* A train with all that may be: independent wheels, actuators, a free speed. */
+static void test_rare_inputs_have_numbers(void **unused) {
+    (void)unused;
+    static struct cli_model train;
+    static const struct cli_target of_train = {.vehicle = "tests/tools/good/train.yaml"};
+    static char name[RECORD_MAX_INPUTS][RECORD_INPUT_NAME];
+    struct record_inputs inputs;
+    struct kl_input input;
+    assert_int_equal(cli_model_open(&train, &of_train), CLI_OK);
+    record_inputs_of(&train.model, &inputs);
+    memset(&input, 0, sizeof input);
+    for (uint32_t i = 0; i < inputs.n; i++) {
+        record_input_set(&inputs, &input, i, (kl_real)(i + 1u));
+        record_input_name(&train.model, i, name[i]);
+        for (uint32_t k = 0; k < i; k++) {
+            assert_string_not_equal(name[i], name[k]);
+            assert_int_not_equal(inputs.place[i], inputs.place[k]);
+        }
+    }
+    assert_int_equal(train.model.n_twists, 2);
+    assert_string_equal(name[inputs.n - 1u], "draw_force_N");
+    assert_true(input.draw_force_N == (kl_real)inputs.n);
+    assert_string_equal(name[inputs.n - 2u], "last_rear.twist_torque_Nm");
+    assert_true(input.twist_torque_Nm[3] == (kl_real)(inputs.n - 1u));
+    assert_string_equal(name[inputs.n - 3u], "lead_rear.twist_torque_Nm");
+    assert_true(input.twist_torque_Nm[1] == (kl_real)(inputs.n - 2u));
+    cli_model_close(&train);
+}
+
 /* ---- a loop without a clock ---- */
 
 struct loop {
@@ -293,6 +322,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_crc),
         cmocka_unit_test(test_inputs_have_numbers),
+        cmocka_unit_test(test_rare_inputs_have_numbers),
         cmocka_unit_test(test_replay_gives_the_same_bits),
         cmocka_unit_test(test_replaced_states),
         cmocka_unit_test(test_overrun_of_the_recorder),

@@ -185,6 +185,10 @@ struct cli_model {
 int cli_model_load(struct cli_model *m, const struct cli_target *target);
 /* Builds m->model. Frees `m` if that fails. */
 int cli_model_build(struct cli_model *m);
+
+/* Between the two: a free speed becomes a prescribed one. What asks about the motion at a speed wants
+ * to stay there. */
+void cli_model_hold_speed(struct cli_model *m);
 /* Both. */
 int cli_model_open(struct cli_model *m, const struct cli_target *target);
 /* Builds m->model on an endless smooth track of one curvature and cant; as often as wanted. Frees `m`

@@ -41,6 +41,10 @@ int cli_model_load(struct cli_model *m, const struct cli_target *target) {
     return CLI_OK;
 }
 
+void cli_model_hold_speed(struct cli_model *m) {
+    m->file.vehicle.running = (struct kl_running_def){0};
+}
+
 int cli_model_build(struct cli_model *m) {
     double before = cli_seconds();
     if (model_file_build(&m->file, &m->model, stderr) != 0) {

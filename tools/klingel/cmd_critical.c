@@ -333,6 +333,7 @@ static int open_model(struct cli_model *m, const struct arguments *a) {
         cli_model_close(m);
         return status;
     }
+    cli_model_hold_speed(m);
     status = cli_model_layout(m, a->at_m, &curvature, &cant);
     return status == CLI_OK ? cli_model_endless(m, curvature, cant) : status;
 }

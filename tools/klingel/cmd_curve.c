@@ -261,6 +261,7 @@ int cmd_curve(int argc, char **argv) {
     }
     status = cli_model_load(&job->m, &a.target);
     if (status == CLI_OK) {
+        cli_model_hold_speed(&job->m);
         status = cli_model_endless(&job->m, 0.0, 0.0);
     }
     if (status == CLI_OK) {

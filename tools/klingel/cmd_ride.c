@@ -185,7 +185,10 @@ int cmd_ride(int argc, char **argv) {
             cli_model_close(&m);
         }
     }
-    status = status == CLI_OK ? cli_model_build(&m) : status;
+    if (status == CLI_OK) {
+        cli_model_hold_speed(&m);
+        status = cli_model_build(&m);
+    }
     if (status == CLI_OK) {
         status = perform(&m, &a);
         cli_model_close(&m);

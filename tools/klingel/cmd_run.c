@@ -27,6 +27,7 @@ struct arguments {
     const char *from_snapshot;
     struct cli_list initial;
     struct cli_list forces;
+    struct cli_list input;
     struct cli_target target;
 };
 
@@ -86,6 +87,16 @@ static int prepare(struct run *run, const struct arguments *a) {
     memset(&run->output, 0, sizeof run->output);
     kl_input_init(&run->input);
     run->input.speed_m_s = isnan(a->target_m_s) ? run->state.speed_m_s : (kl_real)a->target_m_s;
+    if (run->model->running.free != 0 && !isnan(a->target_m_s)) {
+        return cli_misuse("--speed-to: the speed of %s is free, no set-point moves it; see --input",
+                          run->model->name);
+    }
+    for (size_t i = 0; i < a->input.n; i++) {
+        int set = run_set_input(run->model, &run->input, a->input.item[i]);
+        if (set != CLI_OK) {
+            return set;
+        }
+    }
     double steps = a->time_s / (double)run->model->step_s;
     if (steps > MOST_STEPS) {
         return cli_misuse("--time %g: more than %g steps of %g s", a->time_s, MOST_STEPS,
@@ -275,6 +286,13 @@ int cmd_run(int argc, char **argv) {
                  "body.y=10mm, body.roll_rate=0.1; SI or with a unit. For wheelsets y,\n"
                  "yaw, y_rate, yaw_rate, spin; for bodies y, z, roll, pitch, yaw and\n"
                  "their rates; rates relative to the track. Default: at rest, centred"},
+        {.name = "--input",
+         .argument = "NAME=X",
+         .kind = CLI_LIST,
+         .value = &a.input,
+         .help = "an input of all steps, as often as wanted, SI, named as in recordings:\n"
+                 "front.axle_torque_Nm=2000, body.side_force_N=1e4, actuator_1_N=500,\n"
+                 "front.left.friction_factor=0.3; where the speed is free draw_force_N"},
         cli_maybe_file_option("--csv", &a.csv,
                               "states and forces as CSV in SI units; without FILE, or with -, to\n"
                               "standard output in place of the summary"),

@@ -394,6 +394,17 @@ static void definition(FILE *f, const struct kl_model *m, const char *name) {
     fputs("\n    ", f);
     field(f, "gravity_m_s2", m->gravity_m_s2);
     field(f, "acceleration_limit_m_s2", m->acceleration_limit_m_s2);
+    if (m->running.free != 0) {
+        const struct kl_running *r = &m->running;
+        fprintf(f, "\n    .running = {.free = %" PRIu32 ", ", r->free);
+        field(f, "mass_kg", r->mass_kg);
+        field(f, "rolling_kg", r->rolling_kg);
+        fputs("\n                ", f);
+        field(f, "resistance_N", r->resistance_N);
+        field(f, "resistance_Ns_m", r->resistance_Ns_m);
+        field(f, "resistance_Ns2_m2", r->resistance_Ns2_m2);
+        fputs("},", f);
+    }
     fprintf(f,
             "\n    .n_bodies = %" PRIu32 ", .n_wheelsets = %" PRIu32 ", .n_pairs = %" PRIu32
             ",\n    .n_rails = %" PRIu32 ", .n_twists = %" PRIu32 ", .n_states = %" PRIu32 ",\n    ",

@@ -53,6 +53,8 @@ struct model_head {
     int64_t step_ns;
     double gravity_m_s2;
     double acceleration_limit_m_s2;
+    int speed; /* enum raw_speed */
+    const struct raw_resistance *resistance;
 };
 void model_head_convert(struct model_parts *parts, const struct model_head *raw,
                         struct kl_vehicle_def *def);

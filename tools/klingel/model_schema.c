@@ -278,11 +278,20 @@ static const cyaml_schema_value_t pair = {CYAML_VALUE_MAPPING(MUST, struct raw_p
 static const cyaml_schema_value_t element = {
     CYAML_VALUE_MAPPING(MUST, struct raw_element, element_fields)};
 
+static const cyaml_strval_t speeds[] = {{"prescribed", RAW_PRESCRIBED}, {"free", RAW_FREE}};
+
+static const cyaml_schema_field_t resistance_fields[] = {
+    NUMBER_OR_0(raw_resistance, constant_N), NUMBER_OR_0(raw_resistance, linear_Ns_m),
+    NUMBER_OR_0(raw_resistance, quadratic_Ns2_m2), CYAML_FIELD_END};
+
 static const cyaml_schema_field_t vehicle_fields[] = {
     NAME(raw_vehicle, name),
     CYAML_FIELD_INT("step_ns", MUST, struct raw_vehicle, step_ns),
     NUMBER(raw_vehicle, gravity_m_s2),
     NUMBER(raw_vehicle, acceleration_limit_m_s2),
+    CYAML_FIELD_ENUM("speed", STRICT_MAY, struct raw_vehicle, speed, speeds,
+                     CYAML_ARRAY_LEN(speeds)),
+    OPT_PART(raw_vehicle, running_resistance, resistance_fields),
     LIST(raw_vehicle, bodies, n_bodies, MAY, &body, 0, KL_MAX_BODIES),
     LIST(raw_vehicle, wheelsets, n_wheelsets, MUST, &wheelset, 1, KL_MAX_WHEELSETS),
     LIST(raw_vehicle, pairs, n_pairs, MUST, &pair, 1, KL_MAX_PAIRS),
@@ -308,6 +317,8 @@ static const cyaml_schema_field_t train_fields[] = {
     CYAML_FIELD_INT("step_ns", MUST, struct raw_train, step_ns),
     NUMBER(raw_train, gravity_m_s2),
     NUMBER(raw_train, acceleration_limit_m_s2),
+    CYAML_FIELD_ENUM("speed", STRICT_MAY, struct raw_train, speed, speeds, CYAML_ARRAY_LEN(speeds)),
+    OPT_PART(raw_train, running_resistance, resistance_fields),
     LIST(raw_train, vehicles, n_vehicles, MUST, &part, 1, KL_MAX_WHEELSETS),
     LIST(raw_train, elements, n_elements, MAY, &element, 0, KL_MAX_ELEMENTS),
     LIST(raw_train, linkages, n_linkages, MAY, &linkage, 0, KL_MAX_LINKAGES),

@@ -243,11 +243,21 @@ struct raw_linkage {
     bool rigid;
 };
 
+enum raw_speed { RAW_PRESCRIBED = 0, RAW_FREE = 1 };
+
+struct raw_resistance {
+    double constant_N;
+    double linear_Ns_m;
+    double quadratic_Ns2_m2;
+};
+
 struct raw_vehicle {
     char name[KL_NAME_SIZE];
     int64_t step_ns;
     double gravity_m_s2;
     double acceleration_limit_m_s2;
+    int speed; /* enum raw_speed */
+    struct raw_resistance *running_resistance;
     struct raw_body *bodies;
     uint32_t n_bodies;
     struct raw_wheelset *wheelsets;
@@ -277,6 +287,8 @@ struct raw_train {
     int64_t step_ns;
     double gravity_m_s2;
     double acceleration_limit_m_s2;
+    int speed;
+    struct raw_resistance *running_resistance;
     struct raw_part *vehicles;
     uint32_t n_vehicles;
     struct raw_element *elements;

@@ -214,6 +214,11 @@ static void gather(struct passage *p) {
             "has another creep table than a vehicle before it", "vehicles[%u].file", p->index);
         train->creep_table = from->creep_table;
     }
+    if (train->running.free) { /* else those of the vehicles rest, as their speeds do */
+        train->running.resistance_N += from->running.resistance_N;
+        train->running.resistance_Ns_m += from->running.resistance_Ns_m;
+        train->running.resistance_Ns2_m2 += from->running.resistance_Ns2_m2;
+    }
     train->n_bodies += from->n_bodies;
     train->n_wheelsets += from->n_wheelsets;
     train->n_elements += from->n_elements;
@@ -295,8 +300,9 @@ int model_train_convert(struct model_parts *parts, struct kl_vehicle_def *def) {
         return -1;
     }
     memset(def, 0, sizeof *def);
-    const struct model_head head = {raw->name, raw->step_ns, raw->gravity_m_s2,
-                                    raw->acceleration_limit_m_s2};
+    const struct model_head head = {raw->name,         raw->step_ns,
+                                    raw->gravity_m_s2, raw->acceleration_limit_m_s2,
+                                    raw->speed,        raw->running_resistance};
     model_head_convert(parts, &head, def);
     convert(parts, raw, def);
     model_source_unload(&raw_train_schema, raw);

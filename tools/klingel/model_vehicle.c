@@ -183,6 +183,24 @@ static void check_names(struct model_parts *parts, const struct raw_vehicle *raw
     }
 }
 
+static void running(struct model_parts *parts, const struct model_head *raw,
+                    struct kl_running_def *def) {
+    def->free = raw->speed == RAW_FREE;
+    if (raw->resistance == NULL ||
+        !model_check(parts, def->free,
+                     "acts on a free speed, and here it is prescribed: speed: free",
+                     "running_resistance")) {
+        return;
+    }
+    model_not_negative(parts, raw->resistance->constant_N, "running_resistance.constant_N");
+    model_not_negative(parts, raw->resistance->linear_Ns_m, "running_resistance.linear_Ns_m");
+    model_not_negative(parts, raw->resistance->quadratic_Ns2_m2,
+                       "running_resistance.quadratic_Ns2_m2");
+    def->resistance_N = raw->resistance->constant_N;
+    def->resistance_Ns_m = raw->resistance->linear_Ns_m;
+    def->resistance_Ns2_m2 = raw->resistance->quadratic_Ns2_m2;
+}
+
 void model_head_convert(struct model_parts *parts, const struct model_head *raw,
                         struct kl_vehicle_def *def) {
     model_check_title(parts, raw->name);
@@ -195,6 +213,7 @@ void model_head_convert(struct model_parts *parts, const struct model_head *raw,
     def->step_ns = raw->step_ns;
     def->gravity_m_s2 = raw->gravity_m_s2;
     def->acceleration_limit_m_s2 = raw->acceleration_limit_m_s2;
+    running(parts, raw, &def->running);
 }
 
 /* The table that wheelsets of law `table` read. */
@@ -237,8 +256,9 @@ static void convert(struct model_parts *parts, const struct raw_vehicle *raw,
     if (bodies == NULL || wheelsets == NULL || pairs == NULL) {
         return;
     }
-    const struct model_head head = {raw->name, raw->step_ns, raw->gravity_m_s2,
-                                    raw->acceleration_limit_m_s2};
+    const struct model_head head = {raw->name,         raw->step_ns,
+                                    raw->gravity_m_s2, raw->acceleration_limit_m_s2,
+                                    raw->speed,        raw->running_resistance};
     model_head_convert(parts, &head, def);
     check_names(parts, raw);
     for (uint32_t i = 0; i < raw->n_bodies; i++) {

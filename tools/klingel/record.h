@@ -39,7 +39,7 @@
 #define RECORD_BLOCK 32768u /* bytes after which a block is ended */
 #define RECORD_STATE_WORDS (KL_SNAPSHOT_SIZE / 8u)
 #define RECORD_MAX_INPUTS                                                                          \
-    (1u + KL_MAX_WHEELSETS * (2u + 4u * KL_SIDES) + KL_MAX_BODIES + KL_MAX_ACTUATORS)
+    (2u + KL_MAX_WHEELSETS * (2u + 4u * KL_SIDES) + KL_MAX_BODIES + KL_MAX_ACTUATORS)
 
 /* ---- inputs by number ---- */
 

@@ -48,6 +48,9 @@ void record_inputs_of(const struct kl_model *model, struct record_inputs *inputs
             inputs->place[n++] = (uint16_t)(PLACE(twist_torque_Nm) + w);
         }
     }
+    if (model->running.free != 0) {
+        inputs->place[n++] = PLACE(draw_force_N);
+    }
     inputs->n = n;
 }
 
@@ -80,6 +83,8 @@ void record_input_name(const struct kl_model *model, uint32_t i, char name[RECOR
         }
     } else if (i < bodies + model->n_bodies) {
         snprintf(name, RECORD_INPUT_NAME, "%s.side_force_N", model->bodies[i - bodies].name);
+    } else if (i >= twists + model->n_twists) {
+        snprintf(name, RECORD_INPUT_NAME, "draw_force_N");
     } else if (i >= twists) {
         snprintf(name, RECORD_INPUT_NAME, "%s.twist_torque_Nm", independent(model, i - twists));
     } else {

@@ -55,4 +55,8 @@ int run_snapshot_read(const char *path, const struct kl_model *model, struct kl_
 /* Applies "wheelset.y=3mm" to a state. CLI_OK or CLI_USAGE (printed). */
 int run_set_initial(const struct kl_model *model, struct kl_state *state, const char *assignment);
 
+/* Applies "front.axle_torque_Nm=2000" to the inputs: names as in recordings, SI units. CLI_OK or
+ * CLI_USAGE (printed). */
+int run_set_input(const struct kl_model *model, struct kl_input *input, const char *assignment);
+
 #endif

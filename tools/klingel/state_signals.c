@@ -82,6 +82,9 @@ uint32_t state_signals(const struct kl_model *model, struct state_signal *signal
     add(signals, &n, "m/s", "", "speed");
     add(signals, &n, "", "", "faults");
     add(signals, &n, "steps", "", "tick");
+    if (model->running.free != 0) {
+        add(signals, &n, "m/s2", "", "speed, next rate");
+    }
     n = name_states(model, signals, n, false);
     n = name_states(model, signals, n, true);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
@@ -101,6 +104,9 @@ void state_values(const struct kl_model *model, const struct kl_state *state, do
     values[n++] = (double)state->speed_m_s;
     values[n++] = (double)state->faults;
     values[n++] = (double)state->tick;
+    if (model->running.free != 0) {
+        values[n++] = (double)state->speed_rate_m_s2;
+    }
     for (uint32_t i = 0; i < model->n_states; i++) {
         values[n++] = (double)state->x[i];
     }

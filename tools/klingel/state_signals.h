@@ -4,7 +4,7 @@
 
 #include "cli.h"
 
-#define STATE_MAX_SIGNALS (4u + 2u * KL_MAX_STATES + 6u * KL_MAX_WHEELSETS)
+#define STATE_MAX_SIGNALS (5u + 2u * KL_MAX_STATES + 6u * KL_MAX_WHEELSETS)
 
 struct state_signal {
     char name[KL_NAME_SIZE + 32]; /* front.y, body.roll_rate; "front.y, next rate" of state->rate */
