@@ -4,18 +4,17 @@
 #include <string.h>
 
 #include "cli_plot.h"
-#include "critical_report.h"
-#include "critical_vehicle.h"
+#include "critical_follow.h"
 #include "modes_critical.h"
 
 #define TWO_PI 6.283185307179586
 #define SCAN_LOW 1.0         /* m/s */
 #define ABOVE_LINEAR 1.15    /* times the linear critical speed: where the search begins */
 #define WITHOUT_LINEAR 100.0 /* m/s, if there is none */
-#define BELOW 0.4            /* of the highest speed: where it ends */
+#define LOWEST 5.0           /* m/s: where it ends */
 #define DEFAULT_STEP 1.0     /* m/s */
 #define AVERAGED 4u          /* periods */
-#define AT_ONCE 0.3          /* of the largest amplitude: a smaller last cycle is no hard loss */
+#define REST_SHARE 2e-3      /* of the disturbance: a smaller amplitude is rest */
 
 struct range {
     double low;
@@ -45,12 +44,9 @@ struct job {
     struct modes_names names;
     struct modes modes; /* large */
     struct critical_vehicle vehicle;
-    struct cycle_system system;
-    struct cycle_limits limits;
+    struct critical_search search;
     struct cli_progress progress;
     struct critical_result result;
-    struct kl_state *state; /* of each point of the result */
-    char doing[64];
 };
 
 /* ---- arguments ---- */
@@ -128,131 +124,7 @@ static int find_linear(struct job *job) {
     return status;
 }
 
-/* ---- down the branch of stable cycles ---- */
-
-static struct critical_point *add_point(struct job *job, double speed_m_s,
-                                        const struct cycle *cycle, const struct kl_state *state) {
-    struct critical_result *r = &job->result;
-    struct critical_point *point = &r->point[r->n];
-    *point = (struct critical_point){.speed_m_s = speed_m_s, .cycle = *cycle};
-    job->state[r->n++] = *state;
-    return point;
-}
-
-static void say_doing(struct job *job, const char *what, double speed_m_s) {
-    snprintf(job->doing, sizeof job->doing, "%s at %.4g m/s", what, speed_m_s);
-    job->vehicle.doing = job->doing;
-}
-
-/* The highest speed at which a disturbance ends in a cycle. */
-static int find_start(struct job *job, const struct range *range, double *speed,
-                      struct kl_state *state) {
-    for (*speed = range->high; *speed >= range->low; *speed -= range->step) {
-        struct cycle cycle;
-        say_doing(job, "disturbed", *speed);
-        int status = critical_start(&job->vehicle, *speed, job->a->aside_m, state);
-        if (status != CLI_OK) {
-            return status;
-        }
-        cycle_settle(&job->system, &job->limits, state, &cycle);
-        add_point(job, *speed, &cycle, state);
-        if (cycle.end == CYCLE_STAYS || cycle.end == CYCLE_UNSETTLED) {
-            return CLI_OK;
-        }
-    }
-    *speed = 0.0;
-    return CLI_OK;
-}
-
-static int find_fold(struct job *job, double low, double high, const struct critical_point *last,
-                     struct kl_state *state) {
-    struct critical_result *r = &job->result;
-    say_doing(job, "end of hunting", high);
-    r->fold = last->cycle;
-    r->fold_low_m_s = low;
-    r->fold_m_s = high;
-    job->system.retune(job->system.context, state, high);
-    r->has_fold = cycle_fold(&job->system, &job->limits, job->a->near_m_s, &r->fold_low_m_s,
-                             &r->fold_m_s, state, &r->fold);
-    return CLI_OK;
-}
-
-static int follow(struct job *job, const struct range *range) {
-    struct kl_state state;
-    double speed = 0.0;
-    int status = find_start(job, range, &speed, &state);
-    if (status != CLI_OK || speed == 0.0) {
-        return status;
-    }
-    double count = floor((speed - range->low) / range->step + 1e-9);
-    const double from = speed;
-    for (double i = 1.0; i <= count; i += 1.0) {
-        const struct critical_point *last = &job->result.point[job->result.n - 1];
-        const double next = from - i * range->step;
-        struct kl_state here = state;
-        struct cycle cycle;
-        say_doing(job, "hunting", next);
-        job->system.retune(job->system.context, &here, next);
-        cycle_settle(&job->system, &job->limits, &here, &cycle);
-        if (cycle.end == CYCLE_REST) {
-            return find_fold(job, next, speed, last, &state);
-        }
-        add_point(job, next, &cycle, &here);
-        if (cycle.end == CYCLE_LOST) {
-            return CLI_OK;
-        }
-        speed = next;
-        state = here;
-    }
-    return CLI_OK;
-}
-
-/* The unstable cycles at the speeds between the end of the stable ones and the linear critical
- * speed. */
-static void find_thresholds(struct job *job) {
-    struct critical_result *r = &job->result;
-    const size_t stable = r->n;
-    for (size_t i = 0; i < stable; i++) {
-        const struct critical_point *p = &r->point[i];
-        struct cycle cycle;
-        if (p->cycle.end != CYCLE_STAYS ||
-            (r->linear.n > 0 && p->speed_m_s >= r->linear.crossing[0].speed_m_s) ||
-            r->n == CRITICAL_MOST_POINTS) {
-            continue;
-        }
-        say_doing(job, "threshold", p->speed_m_s);
-        if (cycle_unstable(&job->system, &job->limits, &job->state[i], p->cycle.amplitude,
-                           &cycle)) {
-            add_point(job, p->speed_m_s, &cycle, &job->state[i])->unstable = true;
-        }
-    }
-}
-
-/* ---- what it means ---- */
-
-static void print_verdict(const struct critical_result *r) {
-    const bool linear = r->linear.n > 0 && r->linear.stable_at_low;
-    if (!r->has_fold || !linear) {
-        return;
-    }
-    const double critical = r->linear.crossing[0].speed_m_s;
-    double above = 0.0;
-    for (size_t i = 0; i < r->n; i++) {
-        above = r->point[i].unstable ? above : fmax(above, r->point[i].cycle.amplitude);
-    }
-    if (r->fold_m_s < critical && r->fold.amplitude > AT_ONCE * above) {
-        printf("hard loss of stability: between %.2f and %.2f m/s the vehicle runs steadily or "
-               "hunts, by the disturbance\n",
-               r->fold_m_s, critical);
-    } else if (r->fold_m_s < critical) {
-        printf("hunting with small amplitudes goes on down to %.2f m/s, below the linear critical "
-               "speed\n",
-               r->fold_m_s);
-    } else {
-        printf("soft loss of stability: hunting begins at the linear critical speed and grows "
-               "with the speed\n");
-    }
-}
+/* ---- the whole ---- */
 
 static int show(struct job *job, struct cli_output *csv) {
     const struct arguments *a = job->a;
@@ -261,7 +133,6 @@ static int show(struct job *job, struct cli_output *csv) {
     }
     if (!cli_is_stdout(a->csv)) {
         critical_print(&job->result);
-        print_verdict(&job->result);
     }
     int status = cli_output_close(csv, CLI_OK);
     if (status == CLI_OK && a->plot != NULL) {
@@ -278,8 +149,46 @@ static int choose_range(const struct job *job, struct range *range) {
     const double critical =
         r->linear.n > 0 ? ABOVE_LINEAR * r->linear.crossing[0].speed_m_s : WITHOUT_LINEAR;
     range->high = fmin(ceil(critical), KL_MAX_SPEED_M_S);
-    range->low = fmax(1.0, floor(BELOW * range->high));
+    range->low = fmin(LOWEST, 0.5 * range->high);
     return CLI_OK;
+}
+
+static void set_up(struct job *job, uint32_t wheelset) {
+    const struct arguments *a = job->a;
+    modes_name(job->model, &job->names);
+    critical_vehicle_init(&job->vehicle, job->model, &job->names, wheelset);
+    job->vehicle.progress = &job->progress;
+    job->search.vehicle = &job->vehicle;
+    job->search.system = critical_system(&job->vehicle);
+    job->search.limits = (struct cycle_limits){.rest = REST_SHARE * a->aside_m,
+                                               .tolerance = a->tolerance,
+                                               .longest_s = a->settle_s,
+                                               .averaged = AVERAGED};
+    job->search.near_m_s = a->near_m_s;
+    job->search.aside_m = a->aside_m;
+    job->search.result = &job->result;
+    job->result.name = job->model->name;
+    job->result.wheelset = job->model->wheelsets[wheelset].name;
+    job->result.step_s = (double)job->model->step_s;
+    job->result.longest_s = a->settle_s;
+    job->result.rest_m = job->search.limits.rest;
+}
+
+static int find_all(struct job *job) {
+    struct range range = {0.0, 0.0, DEFAULT_STEP};
+    int status = find_linear(job);
+    status = status == CLI_OK ? choose_range(job, &range) : status;
+    if (status == CLI_OK && !job->a->linear) {
+        job->search.low_m_s = job->result.low_m_s = range.low;
+        job->search.high_m_s = job->result.high_m_s = range.high;
+        job->search.step_m_s = range.step;
+        job->result.followed = true;
+        status = critical_follow(&job->search);
+        if (status == CLI_OK && job->a->threshold) {
+            critical_thresholds(&job->search);
+        }
+    }
+    return status;
 }
 
 static int perform(struct job *job) {
@@ -295,26 +204,9 @@ static int perform(struct job *job) {
     if (status != CLI_OK) {
         return status;
     }
-    modes_name(job->model, &job->names);
     cli_progress_begin(&job->progress);
-    critical_vehicle_init(&job->vehicle, job->model, &job->names, wheelset);
-    job->vehicle.progress = &job->progress;
-    job->system = critical_system(&job->vehicle);
-    job->limits = (struct cycle_limits){.rest = 0.01 * a->aside_m,
-                                        .tolerance = a->tolerance,
-                                        .longest_s = a->settle_s,
-                                        .averaged = AVERAGED};
-    job->result.name = job->model->name;
-    job->result.wheelset = job->model->wheelsets[wheelset].name;
-    job->result.step_s = (double)job->model->step_s;
-    status = find_linear(job);
-    status = status == CLI_OK ? choose_range(job, &range) : status;
-    if (status == CLI_OK && !a->linear) {
-        status = follow(job, &range);
-        if (status == CLI_OK && a->threshold) {
-            find_thresholds(job);
-        }
-    }
+    set_up(job, wheelset);
+    status = find_all(job);
     cli_progress_end(&job->progress);
     return status == CLI_OK ? show(job, &csv) : cli_output_close(&csv, status);
 }
@@ -345,16 +237,16 @@ static int run(struct cli_model *m, const struct arguments *a) {
         job->model = &m->model;
         job->a = a;
         job->result.point = calloc(CRITICAL_MOST_POINTS, sizeof job->result.point[0]);
-        job->state = calloc(CRITICAL_MOST_POINTS, sizeof job->state[0]);
+        job->search.state = calloc(CRITICAL_MOST_POINTS, sizeof job->search.state[0]);
     }
-    if (job == NULL || job->result.point == NULL || job->state == NULL) {
+    if (job == NULL || job->result.point == NULL || job->search.state == NULL) {
         status = cli_fail("out of memory");
     } else {
         status = perform(job);
     }
     if (job != NULL) {
         free(job->result.point);
-        free(job->state);
+        free(job->search.state);
     }
     free(job);
     return status;
@@ -363,11 +255,15 @@ static int run(struct cli_model *m, const struct arguments *a) {
 static const char purpose[] =
     "The speeds at which a vehicle loses its stability, on straight track or in the curve where\n"
     "--at stands on TRACK (taken as endless; irregularities are left out).\n"
-    "Linear: eigenvalues, by bisection, as klingel modes --critical. Nonlinear: the vehicle is\n"
-    "disturbed at the highest speed until it hunts, then slowed down step by step, each time\n"
-    "until the limit cycle has settled; where it decays, the speed at which hunting ends is\n"
-    "bisected, always from the nearest cycle that stays. --threshold also finds the unstable\n"
-    "cycles: the amplitude that a disturbance must exceed to end in hunting.";
+    "Linear: eigenvalues, as klingel modes --critical. Nonlinear: disturbed at the highest\n"
+    "speed until it hunts, the vehicle is slowed down step by step, each time until its motion\n"
+    "has settled; where it comes to rest, the end of hunting is bisected, always from the\n"
+    "nearest cycle that stays, and below that end the disturbance is tried again. Hardly\n"
+    "disturbed just above the linear critical speed, it shows what it grows into: a cycle that\n"
+    "exists below that speed too (subcritical, hard) or one that begins there (supercritical,\n"
+    "soft). Motions whose periods differ for good are irregular; what neither settles nor\n"
+    "decays in time is said to be unsettled. --threshold also finds the unstable cycles: the\n"
+    "amplitude that a disturbance must exceed to end in hunting.";
 
 int cmd_critical(int argc, char **argv) {
     struct arguments a = {.step_s = CLI_NOT_GIVEN,
@@ -392,7 +288,7 @@ int cmd_critical(int argc, char **argv) {
          .value = &a.speeds,
          .help = "where to look for hunting, from B down to A in m/s; STEP may be\n"
                  "left out: 1 m/s. Default: from 1.15 times the linear critical speed\n"
-                 "(or 100 m/s) down to 0.4 times that"},
+                 "(or 100 m/s) down to 5 m/s"},
         {.name = "--linear",
          .kind = CLI_FLAG,
          .value = &a.linear,
@@ -414,8 +310,8 @@ int cmd_critical(int argc, char **argv) {
          .unit = "m",
          .low = 1e-5,
          .high = 0.1,
-         .help = "all wheelsets aside by that much at the start; default 5 mm. Less than a\n"
-                 "hundredth of it is rest"},
+         .help = "all wheelsets aside by that much at the start; default 5 mm. Less than\n"
+                 "0.002 of it is rest, twice that the weak disturbance"},
         settle,
         {.name = "--tolerance",
          .argument = "X",
@@ -426,7 +322,7 @@ int cmd_critical(int argc, char **argv) {
          .high = 0.1,
          .help = "of a settled amplitude, relative; default 1e-5"},
         cli_speed_option("--near", &a.near_m_s, 1e-6,
-                         "to what the end of hunting is bisected; default 0.005 m/s"),
+                         "to what ends of hunting are bisected; default 0.005 m/s"),
         cli_place_option("--at", &a.at_m, "where on TRACK the curve is taken; default 0"),
         cli_maybe_file_option("--csv", &a.csv,
                               "the cycles as CSV, critical speeds as comments; without FILE, or\n"

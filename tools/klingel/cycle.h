@@ -36,9 +36,10 @@ struct cycle_limits {
 };
 
 enum cycle_end {
-    CYCLE_REST,      /* it decayed */
+    CYCLE_REST,      /* it decayed, or will, as far as its amplitudes tell */
     CYCLE_STAYS,     /* a settled cycle */
-    CYCLE_UNSETTLED, /* neither within the time: figures are means of the last quarter */
+    CYCLE_IRREGULAR, /* it goes on for good, but no two periods are alike: means of 100 */
+    CYCLE_UNSETTLED, /* neither within the time: figures are means of its last fifth, 0: none */
     CYCLE_LOST       /* the system left its range */
 };
 
@@ -48,6 +49,8 @@ struct cycle {
     double mean;      /* midway between the extremes */
     double frequency_Hz;
     double time_s;         /* simulated */
+    double least;          /* amplitudes of the smallest and the largest period that went into */
+    double most;           /* the means */
     double slowest;        /* the amplitude at which it changed least */
     double slowest_Hz;     /* its frequency */
     double slowest_change; /* relative, from one average to the next */
