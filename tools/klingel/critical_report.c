@@ -150,6 +150,9 @@ static void print_kind(const struct critical_result *r) {
     } else if (r->kind == CRITICAL_SOFT) {
         printf("supercritical: a soft loss of stability, that hunting begins there and grows with "
                "the speed. ");
+        if (lowest != NULL && lowest->hunts_m_s < critical - 0.1) {
+            printf("Beside it there is another:\n");
+        }
     } else if (r->kind == CRITICAL_UNBOUNDED) {
         printf("No cycle holds it there. ");
     } else {

@@ -154,13 +154,17 @@ static int fall_back(struct curve_bench *bench, double longest_s, struct curve_r
     if (kl_init(model, &state, (kl_real)0, (kl_real)request.speed_m_s, cli_work()) != KL_OK) {
         return cli_fail("cannot start at %g m/s", request.speed_m_s);
     }
-    const double left = simulate(model, longest_s, &state);
-    int status = isfinite(left) ? modes_steady(&request, &state, &polished) : CLI_OK;
+    int status = modes_steady(&request, NULL, &polished); /* at once, where the way is barred */
+    double left = 0.0;
+    if (status == CLI_OK && !polished.found) {
+        left = simulate(model, longest_s, &state);
+        status = isfinite(left) ? modes_steady(&request, &state, &polished) : CLI_OK;
+    }
     if (status != CLI_OK) {
         return status;
     }
     if (!isfinite(left)) {
-        snprintf(result->why, sizeof result->why, "; simulated into the curve it derails");
+        snprintf(result->why, sizeof result->why, "; simulated there it derails");
     } else if (polished.found && off_table(model, &polished.output) < 0) {
         result->way = CURVE_FOUND;
         result->steady = polished;
@@ -173,8 +177,7 @@ static int fall_back(struct curve_bench *bench, double longest_s, struct curve_r
         kl_observe(model, &state, &input, &result->steady.output, cli_work());
     } else {
         snprintf(result->why, sizeof result->why,
-                 "; simulated into the curve it does not come to rest (a rate of %.1e is left)",
-                 left);
+                 "; simulated there it does not come to rest (%.1e m/s2 or rad/s2 left)", left);
     }
     return CLI_OK;
 }
@@ -232,10 +235,10 @@ static void explain(const struct curve_bench *bench, const struct way *way,
                  model->wheelsets[lost].name);
     }
     if (reached.curvature_1_m == 0.0) {
-        snprintf(r->why, sizeof r->why, "it cannot be followed from straight track%s%.40s", end,
+        snprintf(r->why, sizeof r->why, "it cannot be followed from straight track%s%.90s", end,
                  rest);
     } else {
-        snprintf(r->why, sizeof r->why, "followed from straight track to R = %.0f m%s%.60s",
+        snprintf(r->why, sizeof r->why, "followed from straight track to R = %.0f m%s%.90s",
                  fabs(1.0 / reached.curvature_1_m), end, rest);
     }
 }

@@ -27,7 +27,7 @@ struct curve_result {
     enum curve_way way;
     struct modes_steady steady;
     bool unstable; /* disturbed by ever so little, the vehicle leaves this state */
-    char why[200]; /* none was found */
+    char why[280]; /* none was found */
     /* What does not add up, N: of all wheels' Y against the centrifugal force less what the cant
      * carries, and of all Q against the weight. Relative to the weight: divide by it. */
     double lateral_N;

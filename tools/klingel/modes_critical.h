@@ -8,7 +8,9 @@
 #include "modes_linear.h"
 
 #define MODES_MAX_CROSSINGS 64
-#define MODES_SCAN_STEP 0.5 /* m/s, between two looks at the stability */
+#define MODES_SCAN_STEP 0.5    /* m/s, between two looks at the stability */
+#define MODES_MANY_STATES 200u /* of a train; above, looks take long, and are */
+#define MODES_WIDE_STEP 2.5    /* m/s apart */
 
 struct modes_crossing {
     double speed_m_s; /* to 1e-6 m/s */
@@ -28,7 +30,7 @@ struct modes_scan {
     struct modes_crossing crossing[MODES_MAX_CROSSINGS]; /* in order of rising speed */
 };
 
-/* Looks from low to high in steps of MODES_SCAN_STEP, then bisects. Two changes within one step stay
+/* Looks from low to high in steps of MODES_SCAN_STEP (trains: MODES_WIDE_STEP), then bisects. Two changes within one step stay
  * unseen. CLI_OK, or CLI_FAILED (printed). */
 int modes_scan(struct modes_scan *scan);
 
