@@ -339,7 +339,9 @@ static int show(struct cli_model *m, const struct arguments *a) {
         /* of whole wheels, also where the model's tables hold treads and flanges apart */
         struct kl_pair_def def = m->file.vehicle.pairs[i];
         def.contacts = KL_CONTACTS_RIGID;
-        struct work w = {.file = &m->file, .def = &def, .name = model_file_pair_name(&m->file, i)};
+        struct work w = {.file = &m->file,
+                         .def = &def,
+                         .name = model_file_pair_name(&m->file, i)};
         status = build(&w);
         status = status == CLI_OK ? check_solve(&w, a) : status;
         if (status == CLI_OK && !cli_is_stdout(a->csv) && !cli_is_stdout(a->plot)) {
