@@ -74,7 +74,6 @@ static void read_tables(const struct kl_pair *restrict pair, kl_both *w,
     struct kl_coefficients *creep = &axle->creep;
     find_cells(pair, w, cells, &ride->within);
     COLUMNS(cells, arm_m, &axle->arm, &axle->radius);
-    COLUMNS(cells, sin_delta, &axle->sin_delta, &axle->cos_delta);
     COLUMNS(cells, f11_1, &creep->f11, &creep->f22);
     COLUMNS(cells, f23_1, &creep->f23, &creep->f33);
     if (pair->n_shapes != 0) {
@@ -163,18 +162,22 @@ static void follow_paths(const struct outboard *restrict out, struct kl_axle *re
 }
 
 /*
- * The contact plane, from how the constraint moves the wheelset: z_y + s arm phi_y = -s tan(delta)
+ * The contact planes, from how the constraint moves the wheelset: z_y + s arm phi_y = -s tan(delta)
  * (1 - r phi_y). Between rows, above all in the one in which a contact jumps, angles interpolated
- * by themselves would contradict the heights, and the wheels' forces the motion. Where the flange
- * holds the rail the tread does not move along its plane, which is that of its row.
+ * by themselves would contradict the heights, and the wheels' forces the motion. A tread whose flange
+ * holds the rail does not move along its plane, but keeps the one that it had.
  */
-static inline void find_contact_planes(struct kl_axle *axle) {
+static inline void find_contact_planes(const struct kl_pair *restrict pair,
+                                       const struct ride *restrict ride,
+                                       struct kl_axle *restrict axle) {
     KL_EACH_LANE(g) {
-        const kl_lane s_z_y = kl_lane_of(axle->z_y, -axle->z_y, g);
-        const kl_lane across = KL_R(1) - KL_LANE(axle->radius, g) * axle->phi_y;
-        const kl_lane path = -(s_z_y + KL_LANE(axle->arm, g) * axle->phi_y) / across;
-        const kl_lane row = KL_LANE(axle->sin_delta, g) / KL_LANE(axle->cos_delta, g);
-        const kl_lane tangent = path + KL_LANE(axle->rail.held, g) * (row - path);
+        const kl_lane own = KL_LANE(ride->slope, g);
+        const kl_lane other = KL_OTHER(axle->slope, g);
+        const kl_lane share = kl_lane_load(pair->share, g);
+        const kl_lane s_z_y = share * own - (KL_R(1) - share) * other;
+        const kl_lane phi_y = (own + other) * pair->inv_base_1_m;
+        const kl_lane across = KL_R(1) - KL_LANE(axle->radius, g) * phi_y;
+        const kl_lane tangent = -(s_z_y + KL_LANE(axle->arm, g) * phi_y) / across;
         const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
         const kl_lane cos_delta = KL_R(1) / inv_cos;
         KL_LANE(axle->inv_cos, g) = inv_cos;
@@ -249,7 +252,7 @@ void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
     const kl_real cant_rest = v2 * track->cant_ss_1_m2 + speed_rate_m_s2 * track->cant_s_1_m;
     axle->z_y = q_r * axle->slope[KL_RIGHT] - q_l * axle->slope[KL_LEFT];
     axle->phi_y = KL_SUM(axle->slope) * inv_base;
-    find_contact_planes(axle);
+    find_contact_planes(pair, &ride, axle);
     axle->z =
         (q_r * axle->height[KL_RIGHT] + q_l * axle->height[KL_LEFT]) + track->value.vertical_m;
     axle->z_rate = (q_r * axle->height_rate[KL_RIGHT] + q_l * axle->height_rate[KL_LEFT]) +
