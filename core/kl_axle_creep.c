@@ -15,7 +15,7 @@ static void find_friction(const struct kl_wheelset *restrict wheelset,
         return;
     }
     const kl_real v = KL_R(1) / forces->inv_creep_speed_s_m;
-    KL_EACH_LANE(g) {
+    KL_EACH_LANE_LOOP(g) {
         const kl_lane along = KL_LANE(contact->creepages.gamma1, g);
         const kl_lane across = KL_LANE(contact->creepages.gamma2, g);
         const kl_lane slip = v * kl_lane_sqrt(along * along + across * across);
@@ -69,7 +69,7 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
     const struct kl_creep_def *def = &wheelset->creep;
     const int polach = def->law == KL_CREEP_POLACH;
     const kl_lane one = kl_lane_all(KL_R(1));
-    KL_EACH_LANE(g) {
+    KL_EACH_LANE_LOOP(g) {
         const kl_lane n = KL_LANE(contact->used, g);
         const kl_lane y = kl_lane_inverse_cbrt(n, KL_CBRT_ROUNDS);
         const kl_lane two_thirds = n * y;

@@ -41,6 +41,8 @@ typedef uint64_t kl_real_bits;
 #define KL_UNROLL
 #endif
 #define KL_EACH_LANE(g) KL_UNROLL for (int g = 0; g < KL_SIDES / KL_LANES; g++)
+/* A loop all the same, for long passes that few vehicles or steps go through. */
+#define KL_EACH_LANE_LOOP(g) for (int g = 0; g < KL_SIDES / KL_LANES; g++)
 
 #if KL_LANES == 2
 

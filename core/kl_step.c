@@ -28,7 +28,7 @@ static uint32_t check_input(const struct kl_model *model, const struct kl_state 
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         kept->axle_torque_Nm[w] = kl_lane_first(
             limited(kl_lane_all(input->axle_torque_Nm[w]), KL_R(-1e6), KL_R(1e6), KL_R(0), &wrong));
-        KL_EACH_LANE(g) {
+        KL_EACH_LANE_LOOP(g) {
             const kl_lane factor = kl_lane_load(input->friction_factor[w], g);
             kl_lane_store(kept->friction_factor[w], g,
                           limited(factor, KL_R(0), KL_R(2), KL_R(1), &wrong));

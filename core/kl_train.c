@@ -28,7 +28,7 @@ static kl_real along(const struct kl_axle *axle, const struct kl_contact_forces 
     const kl_real kappa = axle->track.curvature_1_m;
     const kl_real yaw = axle->x[KL_WS_YAW];
     kl_both x;
-    KL_EACH_LANE(g) {
+    KL_EACH_LANE_LOOP(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane ahead = KL_R(1) - sign * (KL_LANE(*arm, g) * kappa);
         KL_LANE(x, g) =

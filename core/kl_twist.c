@@ -34,7 +34,7 @@ void kl_twists_carry(const struct kl_model *model, const struct kl_origin *from,
         axle->yaw_carried = from->rate[first + KL_WHEELSET_STATES * w + KL_WS_YAW_RATE];
         axle->twist = from->x[t] + from->h * from->rate[t];
         t++;
-        KL_EACH_LANE(g) {
+        KL_EACH_LANE_LOOP(g) {
             KL_LANE(axle->spin, g) = kl_lane_of(mean + axle->twist, mean - axle->twist, g);
         }
     }
@@ -50,7 +50,7 @@ void kl_twists_move(const struct kl_model *model, const struct kl_input *restric
             continue;
         }
         kl_both creep;
-        KL_EACH_LANE(g) {
+        KL_EACH_LANE_LOOP(g) {
             KL_LANE(creep, g) = KL_LANE(axle->radius, g) * KL_LANE(forces->tread.t1, g) +
                                 KL_LANE(axle->flange.radius, g) * KL_LANE(forces->flange.t1, g);
         }
@@ -83,7 +83,7 @@ static struct twist_damping find_damping(const struct kl_wheelset *wheelset,
     const kl_real by = forces->inv_creep_speed_s_m;
     kl_both twist;
     kl_both coupled;
-    KL_EACH_LANE(g) {
+    KL_EACH_LANE_LOOP(g) {
         const kl_lane tread =
             KL_LANE(forces->tread.reduction, g) * KL_LANE(forces->tread.f11_N, g) * by;
         const kl_lane flange =
