@@ -33,57 +33,36 @@ static void find_creep(const struct kl_wheelset *restrict wheelset,
 
 /*
  * A contact that bears on its rail: what a newton of its normal force, with the creep that goes with
- * it, does.
+ * it, does. Of one pass, see KL_EACH_LANE.
  */
 struct bearing {
-    kl_both aside; /* to the rail, outboard */
-    kl_both lift;  /* to the wheel, upwards */
-    kl_both roll;  /* about the middle of the axle, upwards on this side */
+    kl_lane aside; /* to the rail, outboard */
+    kl_lane lift;  /* to the wheel, upwards */
+    kl_lane roll;  /* about the middle of the axle, upwards on this side */
 };
 
 /* Friction does not quite hold a wheel on a slope for ever: a newton lifts, and a flange's presses
  * aside, by at least this. */
 #define LEAST_BEARING 0.1
 
-static inline void bear(const struct kl_contact_forces *contact, kl_real limited,
-                        const kl_both *sin_delta, const kl_both *cos_delta, const kl_both *arm,
-                        const kl_both *radius, kl_both *normal_roll, struct bearing *b) {
-    KL_EACH_LANE(g) {
-        const kl_lane most = kl_lane_all(KL_R(1));
-        const kl_lane s = KL_LANE(*sin_delta, g);
-        const kl_lane c = KL_LANE(*cos_delta, g);
-        const kl_lane ratio = KL_LANE(contact->t2, g) * KL_LANE(contact->inv_used, g);
-        const kl_lane t2 = limited * kl_lane_max(kl_lane_min(ratio, most), -most);
-        const kl_lane inboard = kl_lane_of(KL_R(1), KL_R(-1), g) * t2;
-        KL_LANE(b->aside, g) = s - inboard * c;
-        KL_LANE(b->lift, g) = c + inboard * s;
-        KL_LANE(b->roll, g) =
-            KL_LANE(*normal_roll, g) + inboard * (KL_LANE(*arm, g) * s + KL_LANE(*radius, g) * c);
-    }
+/* Of the side of pass g; `inboard` is its T2 per newton of N. */
+static inline struct bearing bear(kl_lane inboard, kl_lane sin_delta, kl_lane cos_delta,
+                                  kl_lane arm, kl_lane radius, kl_lane down) {
+    /* the arms turn with the roll, `down` on this side */
+    const kl_lane out = arm - radius * down;
+    const kl_lane low = radius + arm * down;
+    const struct bearing b = {.aside = sin_delta - inboard * cos_delta,
+                              .lift = cos_delta + inboard * sin_delta,
+                              .roll = (out * cos_delta - low * sin_delta) +
+                                      inboard * (arm * sin_delta + radius * cos_delta)};
+    return b;
 }
 
-/* Both contacts'. A flange carries when its wheel rises, and the axle is rolled: its arms turn. */
-static inline void bear_both(const struct kl_wheelset *restrict wheelset,
-                             const struct kl_axle *restrict axle,
-                             const struct kl_axle_forces *restrict forces, struct bearing *tread,
-                             struct bearing *flange) {
-    const struct kl_flange *f = &axle->flange;
-    const kl_real turn = axle->roll - axle->track.value.cross_rad;
-    kl_both roll;
-    kl_both flange_roll;
-    KL_EACH_LANE(g) {
-        const kl_lane down = kl_lane_of(turn, -turn, g);
-        const kl_lane arm = KL_LANE(f->arm, g);
-        const kl_lane radius = KL_LANE(f->radius, g);
-        KL_LANE(roll, g) = KL_LANE(axle->arm, g) * KL_LANE(axle->cos_delta, g) -
-                           KL_LANE(axle->radius, g) * KL_LANE(axle->sin_delta, g);
-        KL_LANE(flange_roll, g) = (arm - radius * down) * KL_LANE(f->cos_delta, g) -
-                                  (radius + arm * down) * KL_LANE(f->sin_delta, g);
-    }
-    bear(&forces->tread, kl_axle_is_limited(wheelset) ? KL_R(1) : KL_R(0), &axle->sin_delta,
-         &axle->cos_delta, &axle->arm, &axle->radius, &roll, tread);
-    bear(&forces->flange, KL_R(1), &f->sin_delta, &f->cos_delta, &f->arm, &f->radius, &flange_roll,
-         flange);
+/* T2 of a contact per newton of N, inboard; at most all of it. */
+static inline kl_lane inboard_of(const struct kl_contact_forces *contact, int g) {
+    const kl_lane most = kl_lane_all(KL_R(1));
+    const kl_lane ratio = KL_LANE(contact->t2, g) * KL_LANE(contact->inv_used, g);
+    return kl_lane_of(KL_R(1), KL_R(-1), g) * kl_lane_max(kl_lane_min(ratio, most), -most);
 }
 
 /* Creep that does not follow the normal force is a load like others. */
@@ -112,18 +91,30 @@ static void load_creep(const struct kl_axle *restrict axle,
     forces->load.roll += KL_SUM(roll);
 }
 
+/* What a newton on a tread does together with what it takes off the flange. */
+struct bearings {
+    kl_both aside;
+    kl_both lift;
+    kl_both roll;
+};
+
 /*
  * What the flange bears without the tread, as a load: with both the rail is pressed aside by k q + c
  * q' and what presses it at rest. A newton on the tread then relieves the flange of what it presses
- * itself, and both together do not press aside. `tread` becomes that sum.
+ * itself, and both together do not press aside. A flange carries when its wheel rises and the axle
+ * is rolled: its arms turn.
  */
 static void share_with_flange(const struct kl_wheelset *restrict wheelset,
                               const struct kl_pair *restrict pair,
-                              const struct kl_axle *restrict axle, const struct bearing *flange,
-                              struct bearing *tread, struct kl_axle_forces *restrict forces) {
+                              const struct kl_axle *restrict axle,
+                              struct kl_axle_forces *restrict forces,
+                              struct bearings *restrict together) {
+    const struct kl_flange *f = &axle->flange;
     struct kl_contacts *contacts = &forces->contacts;
     const kl_real rest = KL_R(0.5) * wheelset->static_load_N;
-    const int explicit = !kl_axle_is_limited(wheelset);
+    const kl_real turn = axle->roll - axle->track.value.cross_rad;
+    const int limited = kl_axle_is_limited(wheelset);
+    const kl_lane none = kl_lane_all(KL_R(0));
     const kl_lane least = kl_lane_all(KL_R(LEAST_BEARING));
     kl_both aside;
     kl_both up;
@@ -131,25 +122,29 @@ static void share_with_flange(const struct kl_wheelset *restrict wheelset,
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane held = KL_LANE(axle->rail.held, g);
+        const struct bearing tread = bear(limited ? inboard_of(&forces->tread, g) : none,
+                                          KL_LANE(axle->sin_delta, g), KL_LANE(axle->cos_delta, g),
+                                          KL_LANE(axle->arm, g), KL_LANE(axle->radius, g), none);
+        const struct bearing flange =
+            bear(inboard_of(&forces->flange, g), KL_LANE(f->sin_delta, g), KL_LANE(f->cos_delta, g),
+                 KL_LANE(f->arm, g), KL_LANE(f->radius, g), sign * turn);
         const kl_lane press = (pair->flange_stiffness_N_m * KL_LANE(axle->rail.q, g) +
                                pair->flange_damping_Ns_m * KL_LANE(axle->rail.rate, g)) +
                               rest * kl_lane_load(pair->central_tan, g);
         const kl_lane creep =
-            explicit ? sign * (KL_LANE(forces->tread.t2, g) * KL_LANE(axle->cos_delta, g))
-                     : kl_lane_all(KL_R(0));
-        const kl_lane by_normal = held / kl_lane_max(KL_LANE(flange->aside, g), least);
+            limited ? none : sign * (KL_LANE(forces->tread.t2, g) * KL_LANE(axle->cos_delta, g));
+        const kl_lane by_normal = held / kl_lane_max(flange.aside, least);
         const kl_lane all = by_normal * (press + creep);
-        const kl_lane shed = by_normal * KL_LANE(tread->aside, g);
+        const kl_lane shed = by_normal * tread.aside;
         KL_LANE(contacts->flange_all, g) = all;
-        KL_LANE(contacts->press, g) = KL_LANE(tread->aside, g);
+        KL_LANE(contacts->press, g) = tread.aside;
         KL_LANE(contacts->shed, g) = shed;
         KL_LANE(aside, g) = sign * (held * (press + creep));
-        KL_LANE(up, g) = all * KL_LANE(flange->lift, g);
-        KL_LANE(roll, g) = sign * (all * KL_LANE(flange->roll, g));
-        KL_LANE(tread->aside, g) -= held * KL_LANE(tread->aside, g);
-        KL_LANE(tread->lift, g) =
-            kl_lane_max(KL_LANE(tread->lift, g) - shed * KL_LANE(flange->lift, g), least);
-        KL_LANE(tread->roll, g) -= shed * KL_LANE(flange->roll, g);
+        KL_LANE(up, g) = all * flange.lift;
+        KL_LANE(roll, g) = sign * (all * flange.roll);
+        KL_LANE(together->aside, g) = tread.aside - held * tread.aside;
+        KL_LANE(together->lift, g) = kl_lane_max(tread.lift - shed * flange.lift, least);
+        KL_LANE(together->roll, g) = tread.roll - shed * flange.roll;
     }
     forces->load.lateral -= KL_SUM(aside);
     forces->load.down -= KL_SUM(up);
@@ -161,7 +156,7 @@ static void share_with_flange(const struct kl_wheelset *restrict wheelset,
  * hold the inertia of y'', and y'' what N does along the path.
  */
 static void prepare_normals(const struct kl_wheelset *restrict wheelset,
-                            const struct kl_axle *restrict axle, const struct bearing *tread,
+                            const struct kl_axle *restrict axle, const struct bearings *tread,
                             struct kl_axle_forces *restrict forces) {
     struct kl_contacts *contacts = &forces->contacts;
     const kl_real z_part = (wheelset->mass_kg * axle->z_y) * forces->inv_mass_1_kg;
@@ -197,8 +192,7 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
                      const kl_real suspension[restrict 4], struct kl_axle_forces *restrict forces) {
     const struct kl_track_point *track = &axle->track;
     struct kl_load *load = &forces->load;
-    struct bearing tread;
-    struct bearing flange;
+    struct bearings tread;
     const kl_real m = wheelset->mass_kg;
     const kl_real i_x = wheelset->inertia_roll_kgm2;
     const kl_real v = forces->speed_m_s;
@@ -214,27 +208,16 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
         (suspension[3] + wheelset->preload[3]) + gyro * (axle->roll_rate + v * track->cant_s_1_m);
     load->drive = forces->torque_Nm;
     find_creep(wheelset, axle, forces);
-    bear_both(wheelset, axle, forces, &tread, &flange);
     if (!kl_axle_is_limited(wheelset)) {
         load_creep(axle, forces);
     }
-    share_with_flange(wheelset, pair, axle, &flange, &tread, forces);
+    share_with_flange(wheelset, pair, axle, forces, &tread);
     kl_axle_lift_prepare(wheelset, pair, axle, forces);
     load->free_y = load->lateral + (axle->z_y * load->down + axle->phi_y * load->roll);
     forces->inv_mass_1_kg =
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
     prepare_normals(wheelset, axle, &tread, forces);
     kl_axle_lift_weights(forces);
-}
-
-/* Creep goes with the normal force that it was found for. */
-static inline void scale_creep(struct kl_contact_forces *contact) {
-    KL_EACH_LANE(g) {
-        const kl_lane by = KL_LANE(contact->normal, g) * KL_LANE(contact->inv_used, g);
-        KL_LANE(contact->t1, g) *= by;
-        KL_LANE(contact->t2, g) *= by;
-        KL_LANE(contact->m3, g) *= by;
-    }
 }
 
 void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
@@ -249,32 +232,52 @@ void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
         KL_LANE(forces->flange.f11_N, g) *= held;
         KL_LANE(forces->flange.f22_N, g) *= held;
     }
-    if (kl_axle_is_limited(wheelset)) {
-        scale_creep(&forces->tread);
-    }
-    scale_creep(&forces->flange);
+}
+
+/* What turns the axle, and a wheel. */
+struct turning {
+    kl_lane yaw; /* besides the moment of T1 about the middle */
+    kl_lane t1;
+};
+
+/* Creep goes with the normal force that it was found for: all of it by the same factor. */
+static inline struct turning scale(struct kl_contact_forces *contact, kl_lane by, kl_lane cos_delta,
+                                   int g) {
+    const kl_lane m3 = by * KL_LANE(contact->m3, g);
+    (void)g;
+    const struct turning turning = {.yaw = m3 * cos_delta, .t1 = by * KL_LANE(contact->t1, g)};
+    KL_LANE(contact->t1, g) = turning.t1;
+    KL_LANE(contact->t2, g) *= by;
+    KL_LANE(contact->m3, g) = m3;
+    return turning;
 }
 
 void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_axle *restrict axle,
                         struct kl_axle_forces *restrict forces) {
-    const struct kl_contact_forces *tread = &forces->tread;
-    const struct kl_contact_forces *f = &forces->flange;
+    struct kl_contact_forces *tread = &forces->tread;
+    struct kl_contact_forces *f = &forces->flange;
     const struct kl_flange *flange = &axle->flange;
+    const int limited = kl_axle_is_limited(wheelset);
     kl_both across;
     kl_both turn;
     kl_both drive;
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        const kl_lane t1 = KL_LANE(tread->t1, g);
-        const kl_lane flange_t1 = KL_LANE(f->t1, g);
-        const kl_lane push = KL_LANE(f->normal, g) * KL_LANE(flange->sin_delta, g);
-        KL_LANE(across, g) = KL_LANE(tread->normal, g) * KL_LANE(forces->contacts.pulls, g);
+        const kl_lane normal = KL_LANE(tread->normal, g);
+        const kl_lane flange_normal = KL_LANE(f->normal, g);
+        const struct turning at_tread =
+            scale(tread, limited ? normal * KL_LANE(tread->inv_used, g) : kl_lane_all(KL_R(1)),
+                  KL_LANE(axle->cos_delta, g), g);
+        const struct turning at_flange =
+            scale(f, flange_normal * KL_LANE(f->inv_used, g), KL_LANE(flange->cos_delta, g), g);
+        const kl_lane push = flange_normal * KL_LANE(flange->sin_delta, g);
+        KL_LANE(across, g) = normal * KL_LANE(forces->contacts.pulls, g);
         KL_LANE(turn, g) =
-            ((KL_LANE(tread->m3, g) * KL_LANE(axle->cos_delta, g) +
-              KL_LANE(f->m3, g) * KL_LANE(flange->cos_delta, g)) -
-             sign * (KL_LANE(axle->arm, g) * t1 + KL_LANE(flange->arm, g) * flange_t1)) -
+            ((at_tread.yaw + at_flange.yaw) - sign * (KL_LANE(axle->arm, g) * at_tread.t1 +
+                                                      KL_LANE(flange->arm, g) * at_flange.t1)) -
             push * (KL_LANE(flange->reach, g) * axle->x[KL_WS_YAW]);
-        KL_LANE(drive, g) = KL_LANE(axle->radius, g) * t1 + KL_LANE(flange->radius, g) * flange_t1;
+        KL_LANE(drive, g) =
+            KL_LANE(axle->radius, g) * at_tread.t1 + KL_LANE(flange->radius, g) * at_flange.t1;
     }
     axle->rate[KL_WS_Y_RATE] = (forces->load.free_y + KL_SUM(across)) * forces->inv_mass_1_kg;
     axle->rate[KL_WS_YAW_RATE] = (forces->load.yaw + KL_SUM(turn)) * wheelset->inv_yaw_1_kgm2;

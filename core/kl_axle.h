@@ -148,12 +148,10 @@ struct kl_load {
 
 /* A contact of either wheel: first what it is at the normal force `used`, in the end at `normal`. */
 struct kl_contact_forces {
-    kl_both used; /* N that creep is found with, at least 1 N; its N^(1/3) and 1/N */
-    kl_both third;
+    kl_both used; /* N that creep is found with, at least 1 N; and 1/N */
     kl_both inv_used;
     kl_both normal;
     struct kl_creepages creepages;
-    kl_both mu;
     kl_both t1;
     kl_both t2;
     kl_both m3;

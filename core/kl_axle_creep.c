@@ -4,25 +4,20 @@
 #include "kl_creep_lanes.h"
 #include "kl_saturate.h"
 
-/* Friction, where the model lets it fall with the velocity of slip. */
-static void find_friction(const struct kl_wheelset *restrict wheelset,
-                          const struct kl_axle_forces *restrict forces,
-                          struct kl_contact_forces *restrict contact) {
+/* Friction of one pass, see KL_EACH_LANE; where the model lets it, it falls with the velocity of slip. */
+static inline kl_lane friction_of(const struct kl_wheelset *restrict wheelset,
+                                  const struct kl_axle_forces *restrict forces,
+                                  const struct kl_creepages *restrict creepages, int g) {
+    (void)g;
     if (wheelset->creep.falls == 0) {
-        KL_EACH_LANE(g) {
-            KL_LANE(contact->mu, g) = KL_LANE(forces->friction, g);
-        }
-        return;
+        return KL_LANE(forces->friction, g);
     }
     const kl_real v = KL_R(1) / forces->inv_creep_speed_s_m;
-    KL_EACH_LANE_LOOP(g) {
-        const kl_lane along = KL_LANE(contact->creepages.gamma1, g);
-        const kl_lane across = KL_LANE(contact->creepages.gamma2, g);
-        const kl_lane slip = v * kl_lane_sqrt(along * along + across * across);
-        KL_LANE(contact->mu, g) =
-            kl_lane_friction(KL_LANE(forces->friction, g), KL_LANE(forces->ratio, g),
-                             KL_LANE(forces->decay, g), slip);
-    }
+    const kl_lane along = KL_LANE(creepages->gamma1, g);
+    const kl_lane across = KL_LANE(creepages->gamma2, g);
+    const kl_lane slip = v * kl_lane_sqrt(along * along + across * across);
+    return kl_lane_friction(KL_LANE(forces->friction, g), KL_LANE(forces->ratio, g),
+                            KL_LANE(forces->decay, g), slip);
 }
 
 /* Laws that saturate the linear forces; `constant` coefficients are the wheelset's own. */
@@ -46,10 +41,9 @@ static inline void saturate(const struct kl_wheelset *restrict wheelset,
         const kl_lane slope = KL_LANE(forces->slope, g);
         const kl_lane t1 = -(slope * (f11 * KL_LANE(contact->creepages.gamma1, g)));
         const kl_lane t2 = -(slope * (f22 * gamma2 + f23 * omega3));
-        const kl_lane limit = KL_LANE(contact->mu, g) * n + no_limit;
+        const kl_lane limit = friction_of(wheelset, forces, &contact->creepages, g) * n + no_limit;
         const kl_lane secant = kl_lane_saturate(t1, t2, limit);
         const kl_lane reduction = slope * secant;
-        KL_LANE(contact->third, g) = third;
         KL_LANE(contact->inv_used, g) = y * (y * y);
         KL_LANE(contact->reduction, g) = reduction;
         KL_LANE(contact->t1, g) = secant * t1;
@@ -74,7 +68,7 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
         const kl_lane y = kl_lane_inverse_cbrt(n, KL_CBRT_ROUNDS);
         const kl_lane two_thirds = n * y;
         const kl_lane third = two_thirds * y;
-        const kl_lane mu = KL_LANE(contact->mu, g);
+        const kl_lane mu = friction_of(wheelset, forces, &contact->creepages, g);
         const kl_lane slope = KL_LANE(forces->slope, g);
         const kl_lane by =
             (polach ? one : slope) / kl_lane_max(mu, kl_lane_all(KL_R(KL_LEAST_FRICTION)));
@@ -92,7 +86,6 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
         }
         kl_lane_creep(def->law, forces->table, &in, &out);
         const kl_lane limit = mu * n;
-        KL_LANE(contact->third, g) = third;
         KL_LANE(contact->inv_used, g) = y * (y * y);
         KL_LANE(contact->t1, g) = limit * out.t1;
         KL_LANE(contact->t2, g) = limit * out.t2;
@@ -108,7 +101,6 @@ void kl_axle_creep(const struct kl_wheelset *restrict wheelset,
                    const struct kl_coefficients *restrict coefficients, int constant,
                    const struct kl_axle_forces *restrict forces,
                    struct kl_contact_forces *restrict contact) {
-    find_friction(wheelset, forces, contact);
     if (kl_saturates(wheelset->creep.law)) {
         saturate(wheelset, coefficients, constant, forces, contact);
     } else {

@@ -32,10 +32,6 @@ static inline void write_contact(const struct contact *contact, struct kl_contac
     const struct kl_contact_forces *f = contact->forces;
     kl_both delta;
     kl_both eta_wheel;
-    kl_both eta_rail;
-    kl_both semi_a;
-    kl_both semi_b;
-    kl_both unused;
     store(o->normal_N, &f->normal);
     store(o->t1_N, &f->t1);
     store(o->t2_N, &f->t2);
@@ -46,15 +42,9 @@ static inline void write_contact(const struct contact *contact, struct kl_contac
     store(o->reduction, &f->reduction);
     store(o->radius_m, contact->radius);
     COLUMNS(contact, delta_rail_rad, &delta, &eta_wheel);
-    COLUMNS(contact, eta_rail_m, &eta_rail, &semi_a);
-    COLUMNS(contact, semi_b_1, &semi_b, &unused);
     KL_EACH_LANE(g) {
-        const kl_lane third = KL_LANE(f->third, g);
         kl_lane_store(o->delta_rad, g, KL_LANE(delta, g));
         kl_lane_store(o->eta_wheel_m, g, KL_LANE(eta_wheel, g));
-        kl_lane_store(o->eta_rail_m, g, KL_LANE(eta_rail, g));
-        kl_lane_store(o->semi_a_m, g, third * KL_LANE(semi_a, g));
-        kl_lane_store(o->semi_b_m, g, third * KL_LANE(semi_b, g));
     }
 }
 

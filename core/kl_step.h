@@ -115,10 +115,7 @@ struct kl_contact_output {
     kl_real reduction[KL_SIDES]; /* 1 linear .. 0 sliding */
     kl_real radius_m[KL_SIDES];
     kl_real delta_rad[KL_SIDES]; /* contact angle */
-    kl_real eta_wheel_m[KL_SIDES];
-    kl_real eta_rail_m[KL_SIDES];
-    kl_real semi_a_m[KL_SIDES];
-    kl_real semi_b_m[KL_SIDES];
+    kl_real eta_wheel_m[KL_SIDES]; /* contact point on the wheel; kl_pair_posture knows more */
 };
 
 struct kl_wheelset_output {

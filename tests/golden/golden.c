@@ -146,10 +146,9 @@ static uint64_t add_real(uint64_t hash, kl_real x) {
 }
 
 static uint64_t add_contact(uint64_t h, const struct kl_contact_output *c, int s) {
-    const kl_real values[] = {c->normal_N[s], c->t1_N[s],      c->t2_N[s],        c->m3_Nm[s],
-                              c->gamma1[s],   c->gamma2[s],    c->omega3_1_m[s],  c->reduction[s],
-                              c->radius_m[s], c->delta_rad[s], c->eta_wheel_m[s], c->eta_rail_m[s],
-                              c->semi_a_m[s], c->semi_b_m[s]};
+    const kl_real values[] = {c->normal_N[s], c->t1_N[s],      c->t2_N[s],       c->m3_Nm[s],
+                              c->gamma1[s],   c->gamma2[s],    c->omega3_1_m[s], c->reduction[s],
+                              c->radius_m[s], c->delta_rad[s], c->eta_wheel_m[s]};
     for (unsigned i = 0; i < sizeof values / sizeof values[0]; i++) {
         h = add_real(h, values[i]);
     }
