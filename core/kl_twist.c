@@ -127,17 +127,27 @@ struct turning {
     kl_real twist;
 };
 
+/* (a, b) turned: by lanes, for of sums and differences side by side some compilers fuse the products,
+ * whatever they are told. sign: 1 one way, -1 the other. */
+static void rotate(const struct axes *axes, kl_real sign, kl_real a, kl_real b, kl_both *turned) {
+    KL_EACH_LANE(g) {
+        const kl_lane across = kl_lane_of(sign, -sign, g) * axes->sin;
+        KL_LANE(*turned, g) = axes->cos * kl_lane_of(a, b, g) + across * kl_lane_of(b, a, g);
+    }
+}
+
 static struct turning to_axes(const struct axes *axes, kl_real yaw, kl_real twist) {
-    const kl_real geared = axes->gear * twist;
-    const struct turning t = {axes->cos * yaw + axes->sin * geared,
-                              axes->cos * geared - axes->sin * yaw};
-    return t;
+    kl_both t;
+    rotate(axes, KL_R(1), yaw, axes->gear * twist, &t);
+    const struct turning turned = {t[0], t[1]};
+    return turned;
 }
 
 static struct turning from_axes(const struct axes *axes, kl_real slips, kl_real rolls) {
-    const struct turning t = {axes->cos * slips - axes->sin * rolls,
-                              (axes->sin * slips + axes->cos * rolls) / axes->gear};
-    return t;
+    kl_both t;
+    rotate(axes, KL_R(-1), slips, rolls, &t);
+    const struct turning turned = {t[0], t[1] / axes->gear};
+    return turned;
 }
 
 /* Accelerations from forces and the parts carried on, which become those of the next step. */
