@@ -4,26 +4,23 @@
 #include "kl_creep_lanes.h"
 #include "kl_saturate.h"
 
-/* Friction of one pass, see KL_EACH_LANE; where the model lets it, it falls with the velocity of slip. */
-static inline kl_lane friction_of(const struct kl_wheelset *restrict wheelset,
-                                  const struct kl_axle_forces *restrict forces,
-                                  const struct kl_creepages *restrict creepages, int g) {
-    (void)g;
-    if (wheelset->creep.falls == 0) {
-        return KL_LANE(forces->friction, g);
-    }
+/* Friction that falls with the velocity of slip. */
+static void find_friction(const struct kl_axle_forces *restrict forces,
+                          const struct kl_creepages *restrict creepages, kl_both *restrict mu) {
     const kl_real v = KL_R(1) / forces->inv_creep_speed_s_m;
-    const kl_lane along = KL_LANE(creepages->gamma1, g);
-    const kl_lane across = KL_LANE(creepages->gamma2, g);
-    const kl_lane slip = v * kl_lane_sqrt(along * along + across * across);
-    return kl_lane_friction(KL_LANE(forces->friction, g), KL_LANE(forces->ratio, g),
-                            KL_LANE(forces->decay, g), slip);
+    KL_EACH_LANE_LOOP(g) {
+        const kl_lane along = KL_LANE(creepages->gamma1, g);
+        const kl_lane across = KL_LANE(creepages->gamma2, g);
+        const kl_lane slip = v * kl_lane_sqrt(along * along + across * across);
+        KL_LANE(*mu, g) = kl_lane_friction(KL_LANE(forces->friction, g), KL_LANE(forces->ratio, g),
+                                           KL_LANE(forces->decay, g), slip);
+    }
 }
 
 /* Laws that saturate the linear forces; `constant` coefficients are the wheelset's own. */
 static inline void saturate(const struct kl_wheelset *restrict wheelset,
                             const struct kl_coefficients *restrict k, int constant,
-                            const struct kl_axle_forces *restrict forces,
+                            const struct kl_axle_forces *restrict forces, const kl_both *mu,
                             struct kl_contact_forces *restrict contact) {
     const struct kl_creep_def *def = &wheelset->creep;
     const kl_lane no_limit = kl_lane_all(kl_no_limit(def->law));
@@ -41,7 +38,7 @@ static inline void saturate(const struct kl_wheelset *restrict wheelset,
         const kl_lane slope = KL_LANE(forces->slope, g);
         const kl_lane t1 = -(slope * (f11 * KL_LANE(contact->creepages.gamma1, g)));
         const kl_lane t2 = -(slope * (f22 * gamma2 + f23 * omega3));
-        const kl_lane limit = friction_of(wheelset, forces, &contact->creepages, g) * n + no_limit;
+        const kl_lane limit = KL_LANE(*mu, g) * n + no_limit;
         const kl_lane secant = kl_lane_saturate(t1, t2, limit);
         const kl_lane reduction = slope * secant;
         KL_LANE(contact->inv_used, g) = y * (y * y);
@@ -58,7 +55,7 @@ static inline void saturate(const struct kl_wheelset *restrict wheelset,
 /* Laws that have more to do. */
 static void follow_law(const struct kl_wheelset *restrict wheelset,
                        const struct kl_coefficients *restrict k,
-                       const struct kl_axle_forces *restrict forces,
+                       const struct kl_axle_forces *restrict forces, const kl_both *friction,
                        struct kl_contact_forces *restrict contact) {
     const struct kl_creep_def *def = &wheelset->creep;
     const int polach = def->law == KL_CREEP_POLACH;
@@ -68,7 +65,7 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
         const kl_lane y = kl_lane_inverse_cbrt(n, KL_CBRT_ROUNDS);
         const kl_lane two_thirds = n * y;
         const kl_lane third = two_thirds * y;
-        const kl_lane mu = friction_of(wheelset, forces, &contact->creepages, g);
+        const kl_lane mu = KL_LANE(*friction, g);
         const kl_lane slope = KL_LANE(forces->slope, g);
         const kl_lane by =
             (polach ? one : slope) / kl_lane_max(mu, kl_lane_all(KL_R(KL_LEAST_FRICTION)));
@@ -101,9 +98,15 @@ void kl_axle_creep(const struct kl_wheelset *restrict wheelset,
                    const struct kl_coefficients *restrict coefficients, int constant,
                    const struct kl_axle_forces *restrict forces,
                    struct kl_contact_forces *restrict contact) {
+    kl_both falling;
+    const kl_both *mu = &forces->friction;
+    if (wheelset->creep.falls != 0) {
+        find_friction(forces, &contact->creepages, &falling);
+        mu = (const kl_both *)(const void *)&falling;
+    }
     if (kl_saturates(wheelset->creep.law)) {
-        saturate(wheelset, coefficients, constant, forces, contact);
+        saturate(wheelset, coefficients, constant, forces, mu, contact);
     } else {
-        follow_law(wheelset, coefficients, forces, contact);
+        follow_law(wheelset, coefficients, forces, mu, contact);
     }
 }
