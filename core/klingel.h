@@ -13,10 +13,11 @@
  *
  * Order of a step, after everything is carried on to its end:
  *   1. track      curvature, cant and irregularities at every wheelset and body
- *   2. geometry   each wheel's row of the contact table; the wheelset's height and roll from its
- * two rows
+ *   2. geometry   each rail gives way sideways to its wheel; each wheel's row of the contact table
+ *                 there, and whether its flange holds the rail; the wheelset's height and roll
  *   3. suspension forces between absolute coordinates, sparse matrix times vector
- *   4. contact    normal forces from vertical and roll equilibrium, creepages, creep forces
+ *   4. contact    creepages and creep per newton; normal forces of treads and flanges from
+ *                 vertical, roll and the rails' lateral equilibrium; creep forces
  *   5. motion     accelerations; the creep damping is taken implicitly, so every speed from 0 up is
  * stable
  *

@@ -23,7 +23,7 @@ from klingel_plot import figure  # noqa: E402
 
 LAWS = ("she", "polach", "fastsim", "table")
 COLOURS = ("first", "second", "third", "fourth")
-RADII = (600, 500, 400, 300)
+RADII = (600, 550, 500, 450, 400, 350, 300)
 FRICTION = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
 OFFSETS = (0.0, 3.0)  # m ahead of the axle: where the push acts, which turns the axle outwards
 
@@ -128,13 +128,13 @@ def climbs(program: pathlib.Path, output: pathlib.Path, folder: pathlib.Path) ->
     time = [r["time_s"] for r in shown]
     curve = [i / 100 for i in range(0, 56)]
     save(output / "contact_climb.png", "A wheel climbs its rail: S1002 on UIC60, 120 kN, 20 m/s",
-         "side force at the height of the rails, growing slowly; forces, push and Y/Q over time: friction 0.3, yaw 10 mrad",
+         "side force at the height of the rails, growing slowly; forces, rail and Y/Q over time: friction 0.3, yaw 10 mrad",
          [panel(0, 0, "Forces of the climbing wheel", "time [s]", "[kN]",
                 [line(time, [1e-3 * r["axle_right_Y_N"] for r in shown], "Y", "first"),
                  line(time, [1e-3 * r["axle_right_Q_N"] for r in shown], "Q", "second"),
                  line(time, [1e-3 * r["axle_right_flange_N"] for r in shown], "N of the flange", "third")]),
-          panel(1, 0, "Push of the rail, rise of the tread", "time [s]", "[mm]",
-                [line(time, [1e3 * r["axle_right_rail_m"] for r in shown], "push", "first"),
+          panel(1, 0, "How far the rail gives way, rise of the tread", "time [s]", "[mm]",
+                [line(time, [1e3 * r["axle_right_rail_m"] for r in shown], "rail", "first"),
                  line(time, [1e3 * r["axle_right_rise_m"] for r in shown], "rise", "second")]),
           panel(0, 1, "Y/Q", "time [s]", "Y/Q [–]",
                 [line(time, smooth([r["axle_right_Y_N"] / max(r["axle_right_Q_N"], 1e3) for r in shown]), None, "ink")]),
@@ -156,21 +156,25 @@ def curves(program: pathlib.Path, output: pathlib.Path, folder: pathlib.Path) ->
         sets = [item for axle in ("front", "rear") for item in ("--set", f"wheelsets.{axle}.creep.law={law}")]
         rows = rows_of(program, "curve", str(model), "--radius", ",".join(map(str, RADII)), "--cant", "100mm",
                        "--cant-deficiency", "50mm", *sets, "--csv")
-        found[law] = [r for r in rows if r["wheelset"] == "front"]
+        found[law] = {round(r["radius_m"]): r for r in rows if r["wheelset"] == "front"}
     print("\nfront axle, cant 100 mm, deficiency 50 mm; the outer wheel is the left one")
     print("radius law      y mm   attack mrad  Y outer kN  Q outer kN   Y/Q   flange kN  T1 outer kN  T2 inner kN  sum Y kN")
-    for i, radius in enumerate(RADII):
+    for radius in RADII:
         for law in LAWS:
-            r = found[law][i]
+            r = found[law].get(radius)
+            if r is None:
+                print(f"{radius:6d} {law:8s} no steady running")
+                continue
             print(f"{radius:6d} {law:8s} {1e3 * r['y_m']:5.2f} {1e3 * r['attack_rad']:11.2f} {1e-3 * r['left_y_outward_N']:11.1f}"
                   f" {1e-3 * r['left_q_N']:11.1f} {r['left_y_q']:7.3f} {1e-3 * r['left_flange_normal_N']:10.1f}"
                   f" {1e-3 * r['left_t1_N']:11.1f} {1e-3 * r['right_t2_N']:12.1f} {1e-3 * r['sum_y_N']:9.1f}")
-    x = [float(radius) for radius in RADII]
 
-    def lines(key: str, scale: float) -> list[dict]:
-        return [line(x, [scale * r[key] for r in found[law]], law, colour) for law, colour in zip(LAWS, COLOURS)]
+    def lines(key: str, scale: float) -> list[dict]:  # a line breaks where nothing was found
+        return [line([float(radius) for radius in RADII], [scale * found[law].get(radius, {}).get(key, math.nan) for radius in RADII],
+                     law, colour) for law, colour in zip(LAWS, COLOURS)]
+    missing = ", ".join(f"{law} at {radius} m" for law in LAWS for radius in RADII if radius not in found[law])
     save(output / "contact_laws.png", "What the creep law changes: the two-axle wagon in steady curves",
-         "front axle, cant 100 mm, cant deficiency 50 mm, friction 0.3",
+         "front axle, cant 100 mm, cant deficiency 50 mm, friction 0.3" + (f"; no steady running: {missing}" if missing else ""),
          [panel(0, 0, "Guiding force Y of the outer wheel", "radius [m]", "[kN]", lines("left_y_outward_N", 1e-3)),
           panel(0, 1, "Angle of attack", "radius [m]", "[mrad]", lines("attack_rad", 1e3)),
           panel(1, 0, "Longitudinal creep force of the outer tread", "radius [m]", "[kN]", lines("left_t1_N", 1e-3)),

@@ -14,6 +14,9 @@ import re
 import tempfile
 import unittest
 
+import numpy as np
+from scipy import signal
+
 from cli import DEMO, LINEAR, ROOT, klingel, output, reference, rows
 
 COACH, TRAIN = "models/manchester_vehicle1.yaml", "models/ten_coaches.yaml"
@@ -141,14 +144,17 @@ class Textbook(unittest.TestCase):
 
 class Coach(unittest.TestCase):
     def test_static_wheel_loads(self) -> None:
-        """(32000 + 2*2615 + 4*1813) kg * 9.81 m/s2 / 8."""
+        """(32000 + 2*2615 + 4*1813) kg * 9.81 m/s2 / 8; at standstill with rails 0.5 um off (docs/contact.md). Under way: spin creep of the inclined contacts
+        draws the rails inboard by 1.1 kN/43 MN/m = 25 um, the treads follow them down by 25 um * 0.025, and the primary
+        springs of 1.22 MN/m, which rest as at standstill, feel 0.8 N of 54.5 kN."""
         wanted = 44482 * 9.81 / 8
         for model, prefixes in ((COACH, ("",)), (TRAIN, ("c1_", "c10_"))):
-            row = rows(output("run", model, "--speed", 20, "--time", "0.01", "--csv"))[-1]
-            for p in prefixes:
-                for wheel in (f"{p}w{i}_{s}_Q_N" for i in (1, 2, 3, 4) for s in ("right", "left")):
-                    # coupled ends are at the same height at rest, so that couplings carry nothing
-                    self.assertAlmostEqual(float(row[wheel]) / wanted, 1.0, delta=1e-9)
+            for speed, bound in ((0, 1e-6), (20, 2e-5)):
+                row = rows(output("run", model, "--speed", speed, "--time", "0.01", "--csv"))[-1]
+                for p in prefixes:
+                    for wheel in (f"{p}w{i}_{s}_Q_N" for i in (1, 2, 3, 4) for s in ("right", "left")):
+                        # coupled ends are at the same height at rest, so that couplings carry nothing
+                        self.assertAlmostEqual(float(row[wheel]) / wanted, 1.0, delta=bound)
 
     def test_curves_balance(self) -> None:
         weight = 44482 * 9.81
@@ -201,26 +207,59 @@ class Coach(unittest.TestCase):
                     if speed <= (35 if level else 70):
                         self.assertIn("faults\n  none", done.stdout, (speed, level))
 
-    def test_fine_step(self) -> None:
-        """1 ms against 0.05 ms on a transition and in a curve with ERRI B176 high: displacements 1 %, wheel forces 3 %.
+    def fine_step(self, speed: float, time: float) -> tuple[list[str], np.ndarray, np.ndarray]:
+        """Columns, and the departures of 1 ms from 0.05 ms on a transition and in a curve with ERRI B176 high, root of the
+        mean square over that of the fine run: of the values each millisecond, and after a low-pass.
 
-        The sum of Y of a wheelset is a difference of the two wheels' forces and holds the blows of the flange: 7 %."""
+        The low-pass, Butterworth of order 4 at 20 Hz, is what EN 14363 assesses forces by. Each run has it at its own rate,
+        before anything is left out: a blow that stops a wheel within a step is twenty times as high, and a twentieth as
+        long, in the fine run, so that values picked from it each millisecond find it or miss it."""
+        found = []
         with tempfile.TemporaryDirectory() as folder:
-            way = track(folder, 25, "erri_high")
-            common = ("run", COACH, way, "--speed", 25, "--time", 6, "--csv")
-            coarse = rows(output(*common, "--every", 5))
-            fine = rows(output(*common, "--set", "step_ns=50000", "--every", 100))
+            way = track(folder, speed, "erri_high")
+            for step_ns in (1000000, 50000):
+                text = output("run", COACH, way, "--speed", speed, "--time", time, "--csv", "--every", 1, "--set", f"step_ns={step_ns}")
+                lines = [line for line in text.splitlines() if not line.startswith("#")]
+                head = lines[0].split(",")
+                columns = [name for name in head if re.fullmatch(
+                    r"w[1-4]_(y_m|yaw_rad|sum_of_Y_N|(right|left)_(Q|Y|T1|T2)_N)", name)]
+                values = np.loadtxt(lines[1:], delimiter=",", usecols=[head.index(name) for name in columns])
+                smooth = signal.sosfilt(signal.butter(4, 20, fs=1e9 / step_ns, output="sos"), values, axis=0)
+                every = 1000000 // step_ns
+                found.append((values[::every], smooth[::every]))
+        self.assertEqual(len(columns), 4 * 11)
+        (coarse, coarse_smooth), (fine, fine_smooth) = found
+        return (columns, np.sqrt(((coarse - fine) ** 2).sum(axis=0) / (fine**2).sum(axis=0)),
+                np.sqrt(((coarse_smooth - fine_smooth) ** 2).sum(axis=0) / (fine_smooth**2).sum(axis=0)))
 
-            def off(column: str) -> float:
-                pairs = [(float(a[column]), float(b[column])) for a, b in zip(coarse, fine, strict=True)]
-                return math.sqrt(sum((a - b) ** 2 for a, b in pairs) / sum(b * b for _, b in pairs))
+    def check_fine_step(self, speed: float, time: float, smooth: dict[str, float], plain: dict[str, float]) -> None:
+        columns, off, off_smooth = self.fine_step(speed, time)
+        for name, one, two in zip(columns, off, off_smooth, strict=True):
+            kind = name.split("_", 1)[1].removeprefix("right_").removeprefix("left_")
+            self.assertLess(one, plain.get(kind, math.inf), (name, "each millisecond"))
+            self.assertLess(two, smooth[kind], (name, "below 20 Hz"))
 
-            for w in ("w1", "w2", "w3", "w4"):
-                for column, bound in (("y_m", 0.01), ("yaw_rad", 0.01), ("sum_of_Y_N", 0.07)):
-                    self.assertLess(off(f"{w}_{column}"), bound, (w, column))
-                for side in ("right", "left"):
-                    for force in ("Q_N", "Y_N", "T1_N", "T2_N"):
-                        self.assertLess(off(f"{w}_{side}_{force}"), 0.03, (w, side, force))
+    PLACES = {"y_m": 0.01, "yaw_rad": 0.01}
+
+    def test_fine_step_at_10_m_s(self) -> None:
+        """R 300 m, flanges in contact. Measured: y 0.05 %, yaw 0.8 %; below 20 Hz Q 0.1, Y 0.9, sum of Y 1.6, T2 1.6 and
+        T1 5.2 %: the tread of a yawed wheel on its flange is read where the rail would go by itself, an error of first order
+        (docs/contact.md). Picked each millisecond the sum of Y is 8 % off, by blows."""
+        self.check_fine_step(10, 9, {"y_m": 0.01, "yaw_rad": 0.015, "Q_N": 0.01, "Y_N": 0.02, "sum_of_Y_N": 0.03, "T1_N": 0.07, "T2_N": 0.03},
+                             {"y_m": 0.01, "yaw_rad": 0.015})
+
+    def test_fine_step_at_25_m_s(self) -> None:
+        """R 531 m. Measured: y 0.1 %, yaw 0.2 %; all forces below 20 Hz within 0.95 %, and as they are each millisecond
+        within 1.4 %, the sum of Y of a wheelset, a difference of the two wheels' forces, 3.9 %."""
+        forces = {key: 0.03 for key in ("Q_N", "Y_N", "T1_N", "T2_N")}
+        self.check_fine_step(25, 6, {**self.PLACES, **{key: 0.015 for key in (*forces, "sum_of_Y_N")}},
+                             {**self.PLACES, **forces, "sum_of_Y_N": 0.06})
+
+    def test_fine_step_at_50_m_s(self) -> None:
+        """R 2124 m, wheels lift and land. Measured: y 0.3 %, yaw 0.5 %; below 20 Hz Q 0.3, Y 1.9, sum of Y 2.0, T1 0.8,
+        T2 1.1 %. The blows themselves (0.7 MN for 0.05 ms) are not compared."""
+        self.check_fine_step(50, 6, {**self.PLACES, "Q_N": 0.01, "Y_N": 0.03, "sum_of_Y_N": 0.03, "T1_N": 0.02, "T2_N": 0.02},
+                             self.PLACES)
 
 
 class Wheelsets(unittest.TestCase):
