@@ -19,15 +19,17 @@ static struct cell cell_at(const struct kl_pair *pair, const struct kl_side_tabl
     return cell;
 }
 
-/* A tread goes no further than to where its flange touches; `within` is 1 before, else 0. */
-static void find_cells(const struct kl_pair *restrict pair, kl_both *w, struct kl_cells *cells,
-                       kl_both *within) {
+/* A tread goes no further than to where its flange touches, earlier by `lean` psi^2/2 where the axle is
+ * yawed; `within` is 1 before, else 0. */
+static void find_cells(const struct kl_pair *restrict pair, kl_both *w, kl_real yaw,
+                       struct kl_cells *cells, kl_both *within) {
     const kl_lane middle = kl_lane_all((kl_real)pair->half);
+    const kl_real lean = KL_R(0.5) * (yaw * yaw);
     kl_both place;
     KL_EACH_LANE(g) {
         const kl_lane from_start = KL_LANE(*w, g) * pair->inv_step_1_m + middle;
-        const kl_lane end = kl_lane_load(pair->tread_end, g);
-        KL_LANE(place, g) = kl_lane_min(kl_lane_max(from_start, kl_lane_all(KL_R(0))), end);
+        const kl_lane end = kl_lane_load(pair->tread_end, g) - lean * kl_lane_load(pair->lean, g);
+        KL_LANE(place, g) = kl_lane_max(kl_lane_min(from_start, end), kl_lane_all(KL_R(0)));
         KL_LANE(*within, g) = kl_lane_positive_or_0(end - from_start, kl_lane_all(KL_R(1)));
     }
     const struct cell right = cell_at(pair, &pair->side[KL_RIGHT], place[KL_RIGHT]);
@@ -72,7 +74,7 @@ static void read_tables(const struct kl_pair *restrict pair, kl_both *w,
                         struct kl_axle *restrict axle, struct ride *restrict ride) {
     struct kl_cells *cells = &axle->cells;
     struct kl_coefficients *creep = &axle->creep;
-    find_cells(pair, w, cells, &ride->within);
+    find_cells(pair, w, axle->x[KL_WS_YAW], cells, &ride->within);
     COLUMNS(cells, arm_m, &axle->arm, &axle->radius);
     COLUMNS(cells, f11_1, &creep->f11, &creep->f22);
     COLUMNS(cells, f23_1, &creep->f23, &creep->f33);

@@ -391,6 +391,23 @@ static void set_flange_jump(const struct kl_pair *pair, enum kl_side s, double t
     }
 }
 
+/* Yawed, a flange touches ahead of the axle, where it is broader by radius tan(delta) psi^2/2: while the
+ * wheel is still on its tread, lower than where the flange would touch without. */
+static void set_lean(struct kl_pair *pair, enum kl_side s, const struct kl_row *end) {
+    kl_real t;
+    const struct kl_flange_row *row =
+        flange_row(&pair->flange[s], pair->inv_step_1_m, end->height_m, &t);
+    const double radius = (double)row[0].contact.radius_m;
+    const double tangent = (double)(row[0].contact.sin_delta +
+                                    t * (row[1].contact.sin_delta - row[0].contact.sin_delta)) *
+                           (double)(row[0].inv_cos + t * (row[1].inv_cos - row[0].inv_cos));
+    const double climb = (double)kl_flange_place(row, t, pair->step_m, pair->inv_step_1_m).slope;
+    const double follows =
+        climb * -(double)end->height_w; /* of the touch, by which the wheel rises */
+    pair->lean[s] = (kl_real)(radius * tangent / (1.0 - (follows < 0.9 ? follows : 0.9)) /
+                              (double)pair->step_m);
+}
+
 /* Jumps on the tread, and where the flange comes in. */
 static enum kl_status finish_side(const struct kl_pair_def *def, const struct kl_tangency *t,
                                   const struct tables *tables, enum kl_side s, struct kl_pair *pair,
@@ -413,6 +430,7 @@ static enum kl_status finish_side(const struct kl_pair_def *def, const struct kl
     if (located == KL_OK) {
         set_flange_jump(pair, s, touch, &end, &pair->side[s]);
         end_tread(pair, s, touch, &end, tables->rows[s]);
+        set_lean(pair, s, &end);
     }
     return located;
 }
@@ -452,6 +470,7 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
                 tables->rows[KL_LEFT][i] = tables->rows[KL_RIGHT][i];
             }
             pair->tread_end[KL_LEFT] = pair->tread_end[KL_RIGHT];
+            pair->lean[KL_LEFT] = pair->lean[KL_RIGHT];
         } else {
             status = finish_side(def, &t, tables, (enum kl_side)s, pair, diag);
         }
@@ -468,7 +487,8 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
     pair->share[KL_LEFT] = (kl_real)(l_r / (l_r + l_l));
     pair->radius_m = (kl_real)(0.5 * (t.side[KL_RIGHT].radius0_m + t.side[KL_LEFT].radius0_m));
     for (int s = 0; s < KL_SIDES; s++) {
-        pair->central_tan[s] = -tables->rows[s][tables->half].height_w;
+        const struct kl_row *central = &tables->rows[s][tables->half];
+        pair->central_tan[s] = central->sin_delta / central->cos_delta;
         pair->gives = pair->flange[s].n_rows > 2u ? KL_R(1) : pair->gives;
     }
     return KL_OK;

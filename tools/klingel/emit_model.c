@@ -204,6 +204,8 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
         reals(f, p->share, KL_SIDES);
         fputs(", .tread_end = ", f);
         reals(f, p->tread_end, KL_SIDES);
+        fputs(", .lean = ", f);
+        reals(f, p->lean, KL_SIDES);
         fputs(",\n     .central_tan = ", f);
         reals(f, p->central_tan, KL_SIDES);
         fputs(", ", f);
