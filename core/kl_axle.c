@@ -4,9 +4,9 @@
 #include "kl_math.h"
 #include "kl_saturate.h"
 
-static void find_creep(const struct kl_wheelset *restrict wheelset,
-                       const struct kl_axle *restrict axle,
-                       struct kl_axle_forces *restrict forces) {
+void kl_axle_find_creep(const struct kl_wheelset *restrict wheelset,
+                        const struct kl_axle *restrict axle,
+                        struct kl_axle_forces *restrict forces) {
     struct kl_contact_forces *tread = &forces->tread;
     const kl_real v = forces->speed_m_s;
     const kl_real by = forces->inv_creep_speed_s_m;
@@ -207,7 +207,6 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
     load->yaw =
         (suspension[3] + wheelset->preload[3]) + gyro * (axle->roll_rate + v * track->cant_s_1_m);
     load->drive = forces->torque_Nm;
-    find_creep(wheelset, axle, forces);
     if (!kl_axle_is_limited(wheelset)) {
         load_creep(axle, forces);
     }

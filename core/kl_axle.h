@@ -245,11 +245,14 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
                   kl_real h, struct kl_lift *restrict lift);
 
 /*
- * Contact forces and accelerations from the suspension's y, z, roll and yaw, in three parts: what
- * is known before the normal forces; the normal forces, a long chain of operations that wait for
- * each other; and what follows from them. Each part is done for all axles before the next, so that
- * the chains of several axles overlap.
+ * Contact forces and accelerations from the suspension's y, z, roll and yaw, in four parts: creep per
+ * newton of the normal forces; what else is known before these; the normal forces, a long chain of
+ * operations that wait for each other; and what follows from them. Each part is done for all axles
+ * before the next, so that the chains of several axles overlap.
  */
+void kl_axle_find_creep(const struct kl_wheelset *restrict wheelset,
+                        const struct kl_axle *restrict axle,
+                        struct kl_axle_forces *restrict forces);
 void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
                      const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
                      const kl_real suspension[restrict 4], struct kl_axle_forces *restrict forces);

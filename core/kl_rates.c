@@ -235,14 +235,14 @@ static void move_bodies(const struct kl_model *model, const struct kl_input *inp
     }
 }
 
-static void load_wheelsets(const struct kl_model *model, const struct kl_stage *stage,
-                           const struct kl_input *input, struct kl_evaluation *e) {
+/* Creep waits for no load, and while others sum those up its chain of operations gets on. */
+static void rub_wheelsets(const struct kl_model *model, const struct kl_stage *stage,
+                          const struct kl_input *input, struct kl_evaluation *e) {
     const kl_real v = stage->speed_m_s;
     const kl_real inv_creep_speed = KL_R(1) / kl_max_real(v, KL_R(KL_MIN_CREEP_SPEED_M_S));
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         struct kl_axle_forces *f = &e->forces[w];
-        const kl_real *acting = &e->force[kl_wheelset_coordinate(model->n_bodies, w)];
         f->torque_Nm = input->axle_torque_Nm[w];
         f->speed_m_s = v;
         f->inv_creep_speed_s_m = inv_creep_speed;
@@ -260,7 +260,16 @@ static void load_wheelsets(const struct kl_model *model, const struct kl_stage *
                                        kl_lane_load(input->falling_decay_s_m[w], g);
             }
         }
-        kl_axle_prepare(wheelset, &model->pairs[wheelset->pair], &e->axle[w], acting, f);
+        kl_axle_find_creep(wheelset, &e->axle[w], f);
+    }
+}
+
+static void load_wheelsets(const struct kl_model *model, struct kl_evaluation *e) {
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const struct kl_wheelset *wheelset = &model->wheelsets[w];
+        const kl_real *acting = &e->force[kl_wheelset_coordinate(model->n_bodies, w)];
+        kl_axle_prepare(wheelset, &model->pairs[wheelset->pair], &e->axle[w], acting,
+                        &e->forces[w]);
     }
 }
 
@@ -287,10 +296,11 @@ void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
     if (model->n_twists != 0) {
         kl_twists_carry(model, from, e);
     }
+    rub_wheelsets(model, stage, input, e);
     suspension_forces(&model->suspension, e->motion, e->force);
     const struct kl_slip_origin slips = slips_of(model, from);
     kl_struts_act(&model->struts, &slips, e->motion, input, e->force, &e->slipped);
-    load_wheelsets(model, stage, input, e);
+    load_wheelsets(model, e);
     move_bodies(model, input, e);
     move_wheelsets(model, e);
     if (model->n_twists != 0) {
