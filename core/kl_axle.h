@@ -76,6 +76,16 @@ struct kl_flange {
     struct kl_coefficients creep;
 };
 
+/* Of either side's tread: how its table goes on from its place, and how it moves. */
+struct kl_ride {
+    kl_both outboard_rate; /* over the rail at rest */
+    kl_both slope;         /* dH/dw */
+    kl_both second;
+    kl_both within; /* 1 before the path's end, else 0 */
+    kl_both rate;   /* of the height */
+    kl_both rest;   /* of its second time derivative what does not depend on y'' */
+};
+
 /* Where the wheelset is and how it moves. */
 struct kl_axle {
     struct kl_track_point track;
@@ -111,6 +121,7 @@ struct kl_axle {
     kl_real step;     /* s; 0 where a state is looked at as it stands */
     kl_real inv_step; /* 1/s; or 0 */
     struct kl_rail rail;
+    struct kl_ride ride;
     struct kl_flange flange;
     kl_real z; /* relative to the smooth track, positive down */
     kl_real z_rate;
@@ -195,12 +206,14 @@ struct kl_axle_forces {
     kl_real inv_mass_1_kg; /* of the lateral motion */
 };
 
-/* Posture at axle->x, with the rates of y and yaw in axle->rate and the track at the wheelset in
- * axle->track, at speed V and its rate; rest_N is a wheel's load at rest, step_s
- * the model's, also for a state as it stands. */
+/* Where the treads are on their rails, at axle->x, with the rates of y and yaw in axle->rate and the
+ * track at the wheelset in axle->track, at speed V and its rate; rest_N is a wheel's load at rest,
+ * step_s the model's, also for a state as it stands. Then the posture: in two parts, each done for all
+ * axles before the next. */
+void kl_axle_place(const struct kl_pair *restrict pair, kl_real speed_m_s, kl_real speed_rate_m_s2,
+                   kl_real rest_N, kl_real step_s, struct kl_axle *restrict axle);
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
-                     kl_real speed_rate_m_s2, kl_real rest_N, kl_real step_s,
-                     struct kl_axle *restrict axle);
+                     kl_real speed_rate_m_s2, kl_real step_s, struct kl_axle *restrict axle);
 
 /* Creep of a contact at its `used` normal force, by the wheelset's law, from its creepages; with
  * `constant` coefficients, the wheelset's, or those of the contact. */

@@ -54,24 +54,8 @@ static void find_cells(const struct kl_pair *restrict pair, kl_both *w, kl_real 
     kl_lane_columns(&(cells)->below[KL_RIGHT]->field, &(cells)->below[KL_LEFT]->field, ROW_REALS,  \
                     (cells)->t[KL_RIGHT], (cells)->t[KL_LEFT], first, second)
 
-/* Height of either side's table at its place. */
-struct ride {
-    kl_both height;
-    kl_both slope; /* dH/dw */
-    kl_both second;
-    kl_both within; /* see find_cells */
-    kl_both rate;
-    kl_both rest; /* of the second time derivative what does not depend on y'' */
-};
-
-/* Displacement of the treads outboard, and their velocity; w over the rails in the end. */
-struct outboard {
-    kl_both w;
-    kl_both rate;
-};
-
-static void read_tables(const struct kl_pair *restrict pair, kl_both *w,
-                        struct kl_axle *restrict axle, struct ride *restrict ride) {
+static void read_tables(const struct kl_pair *restrict pair, kl_both *w, struct kl_axle *axle,
+                        struct kl_ride *ride) {
     struct kl_cells *cells = &axle->cells;
     struct kl_coefficients *creep = &axle->creep;
     find_cells(pair, w, axle->x[KL_WS_YAW], cells, &ride->within);
@@ -87,7 +71,7 @@ static void read_tables(const struct kl_pair *restrict pair, kl_both *w,
         const struct kl_lane_hermite h = kl_lane_hermite(
             BELOW(cells, height_m, g), BELOW(cells, height_w, g), ABOVE(cells, height_m, g),
             ABOVE(cells, height_w, g), KL_LANE(cells->t, g), pair->step_m, pair->inv_step_1_m);
-        KL_LANE(ride->height, g) = h.value;
+        KL_LANE(axle->height, g) = h.value - KL_LANE(axle->rise, g);
         KL_LANE(ride->slope, g) = h.slope;
         KL_LANE(ride->second, g) = h.second;
     }
@@ -146,13 +130,12 @@ static inline kl_lane bend(const struct kl_axle *axle, kl_lane slope, kl_lane se
 /* The treads' motion along their paths, the rails' motion taken off. A tread whose flange holds the
  * rail stays where it is on it; so does one that is beyond its path's end, which must be off the
  * rail. */
-static void follow_paths(const struct outboard *restrict out, struct kl_axle *restrict axle,
-                         struct ride *restrict ride) {
+static void follow_paths(struct kl_axle *axle, struct kl_ride *ride) {
     const struct kl_rail *rail = &axle->rail;
     KL_EACH_LANE(g) {
         const kl_lane free = KL_LANE(ride->within, g) * (KL_R(1) - KL_LANE(rail->held, g));
         const kl_lane slope = free * KL_LANE(ride->slope, g);
-        const kl_lane rate = KL_LANE(out->rate, g) - KL_LANE(rail->rate, g);
+        const kl_lane rate = KL_LANE(ride->outboard_rate, g) - KL_LANE(rail->rate, g);
         KL_LANE(axle->slope, g) = slope;
         KL_LANE(axle->path_rate, g) = rate;
         KL_LANE(ride->rate, g) = slope * rate;
@@ -170,8 +153,7 @@ static void follow_paths(const struct outboard *restrict out, struct kl_axle *re
  * holds the rail does not move along its plane, but keeps the one that it had.
  */
 static inline void find_contact_planes(const struct kl_pair *restrict pair,
-                                       const struct ride *restrict ride,
-                                       struct kl_axle *restrict axle) {
+                                       const struct kl_ride *ride, struct kl_axle *axle) {
     KL_EACH_LANE(g) {
         const kl_lane own = KL_LANE(ride->slope, g);
         const kl_lane other = KL_OTHER(axle->slope, g);
@@ -193,7 +175,7 @@ static inline void find_contact_planes(const struct kl_pair *restrict pair,
  * wheelset about the rails), seen outboard from either side less half the gauge's change.
  */
 static void find_outboard(const struct kl_pair *restrict pair, kl_real v, kl_real v_rate,
-                          struct kl_axle *restrict axle, struct outboard *restrict out) {
+                          struct kl_axle *restrict axle, kl_both *restrict tread_w) {
     const struct kl_track_point *track = &axle->track;
     const kl_real v2 = v * v;
     const kl_real r0 = pair->radius_m;
@@ -220,33 +202,33 @@ static void find_outboard(const struct kl_pair *restrict pair, kl_real v, kl_rea
         KL_LANE(axle->outboard, g) = w;
         KL_LANE(axle->outboard_rate, g) = rate;
         KL_LANE(axle->outboard_rest, g) = sign * u_rest - gauge_rest;
-        KL_LANE(out->w, g) = w + lever * KL_LANE(axle->rise, g);
-        KL_LANE(out->rate, g) = rate + lever * KL_LANE(axle->rise_rate, g);
+        KL_LANE(*tread_w, g) = w + lever * KL_LANE(axle->rise, g);
+        KL_LANE(axle->ride.outboard_rate, g) = rate + lever * KL_LANE(axle->rise_rate, g);
     }
     /* the larger |w| of both sides; the comparison is also false for a NaN */
     const int on_table = kl_abs_real(whole) + kl_abs_real(gauge) <= pair->range_m;
     axle->faults = on_table ? 0u : (uint32_t)KL_FAULT_DERAILED;
 }
 
+void kl_axle_place(const struct kl_pair *restrict pair, kl_real speed_m_s, kl_real speed_rate_m_s2,
+                   kl_real rest_N, kl_real step_s, struct kl_axle *restrict axle) {
+    kl_both w;
+    find_outboard(pair, speed_m_s, speed_rate_m_s2, axle, &w);
+    carry_rails(pair, rest_N, step_s, speed_m_s, axle);
+    KL_EACH_LANE(g) {
+        KL_LANE(w, g) -= KL_LANE(axle->rail.q, g);
+    }
+    read_tables(pair, &w, axle, &axle->ride);
+}
+
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
-                     kl_real speed_rate_m_s2, kl_real rest_N, kl_real step_s,
-                     struct kl_axle *restrict axle) {
+                     kl_real speed_rate_m_s2, kl_real step_s, struct kl_axle *restrict axle) {
     const struct kl_track_point *track = &axle->track;
+    struct kl_ride *ride = &axle->ride;
     const kl_real v = speed_m_s;
     const kl_real v2 = v * v;
-    struct outboard out;
-    struct ride ride;
-    find_outboard(pair, v, speed_rate_m_s2, axle, &out);
-    carry_rails(pair, rest_N, step_s, v, axle);
-    KL_EACH_LANE(g) {
-        KL_LANE(out.w, g) -= KL_LANE(axle->rail.q, g);
-    }
-    read_tables(pair, &out.w, axle, &ride);
-    KL_EACH_LANE(g) {
-        KL_LANE(axle->height, g) = KL_LANE(ride.height, g) - KL_LANE(axle->rise, g);
-    }
     kl_axle_meet_flange(pair, step_s, axle);
-    follow_paths(&out, axle, &ride);
+    follow_paths(axle, ride);
 
     const kl_real inv_base = pair->inv_base_1_m;
     const kl_real q_r = pair->share[KL_RIGHT];
@@ -254,18 +236,18 @@ void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
     const kl_real cant_rest = v2 * track->cant_ss_1_m2 + speed_rate_m_s2 * track->cant_s_1_m;
     axle->z_y = q_r * axle->slope[KL_RIGHT] - q_l * axle->slope[KL_LEFT];
     axle->phi_y = KL_SUM(axle->slope) * inv_base;
-    find_contact_planes(pair, &ride, axle);
+    find_contact_planes(pair, ride, axle);
     axle->z =
         (q_r * axle->height[KL_RIGHT] + q_l * axle->height[KL_LEFT]) + track->value.vertical_m;
     axle->z_rate = (q_r * axle->height_rate[KL_RIGHT] + q_l * axle->height_rate[KL_LEFT]) +
                    v * track->slope.vertical_m;
-    axle->z_rest = (q_r * ride.rest[KL_RIGHT] + q_l * ride.rest[KL_LEFT]) +
+    axle->z_rest = (q_r * ride->rest[KL_RIGHT] + q_l * ride->rest[KL_LEFT]) +
                    (v2 * track->second.vertical_m + speed_rate_m_s2 * track->slope.vertical_m);
     axle->roll =
         (axle->height[KL_RIGHT] - axle->height[KL_LEFT]) * inv_base + track->value.cross_rad;
     axle->roll_rate = (axle->height_rate[KL_RIGHT] - axle->height_rate[KL_LEFT]) * inv_base +
                       v * track->slope.cross_rad;
     axle->roll_rest =
-        (ride.rest[KL_RIGHT] - ride.rest[KL_LEFT]) * inv_base +
+        (ride->rest[KL_RIGHT] - ride->rest[KL_LEFT]) * inv_base +
         ((v2 * track->second.cross_rad + speed_rate_m_s2 * track->slope.cross_rad) + cant_rest);
 }

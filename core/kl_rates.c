@@ -161,8 +161,14 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
         first += KL_WHEELSET_STATES;
         kl_axle_carry(&from->lift[w], from->h, axle);
         rail += carry_rails(pair, from, rail, axle);
-        kl_axle_posture(pair, v, stage->speed_rate_m_s2, KL_R(0.5) * wheelset->static_load_N,
-                        model->step_s, axle);
+        kl_axle_place(pair, v, stage->speed_rate_m_s2, KL_R(0.5) * wheelset->static_load_N,
+                      model->step_s, axle);
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const struct kl_wheelset *wheelset = &model->wheelsets[w];
+        const struct kl_pair *pair = &model->pairs[wheelset->pair];
+        struct kl_axle *axle = &e->axle[w];
+        kl_axle_posture(pair, v, stage->speed_rate_m_s2, model->step_s, axle);
         e->faults |= axle->faults;
         const struct kl_track_point *here = &axle->track;
         const struct offsets o = offsets_at(here->heading_rad, here->offset_m, here->cant_rad,

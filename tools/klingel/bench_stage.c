@@ -29,6 +29,7 @@ static const struct {
     {"place_", BENCH_PLACING},
     {"carry_", BENCH_PLACING},
     {"offsets_at", BENCH_PLACING},
+    {"kl_axle_place", BENCH_PLACING},
     {"kl_axle_posture", BENCH_PLACING},
     {"kl_axle_meet_flange", BENCH_PLACING},
     {"kl_axle_carry", BENCH_PLACING},
