@@ -43,6 +43,7 @@ REALS = {"double": [], "float": ["-DKL_REAL_FLOAT"]}
 SANITIZE = "-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all"
 PLAIN = "-O2 -DKL_PLAIN_LANES"  # the steps that work on two lanes, as a target without vectors does them
 LTO = "-O2 -flto"
+NEWER = "-O3 -march=x86-64-v3 -mno-fma"  # as the Makefile builds where the processor has it
 LEVELS = ["-O0", "-O2", "-O3", "-Os"]
 FIRST_NUMBER = 3  # of a trace: behind time and two hashes
 FLASH = 2_600_000  # bytes of models in one program for a board of 4 MiB
@@ -71,6 +72,12 @@ class Build:
         return "".join(c if c.isalnum() or c in "._" else "-" for c in self.name)
 
 
+def is_newer() -> bool:
+    """Whether this processor has the instructions of NEWER."""
+    loader = pathlib.Path("/lib64/ld-linux-x86-64.so.2")
+    return loader.exists() and "x86-64-v3 (supported" in subprocess.run([loader, "--help"], capture_output=True, text=True).stdout
+
+
 # What every run of the tests does.
 FIRST = Build("x86-64", "gcc", "-O0")  # the one that is recorded
 PART = [FIRST, Build("x86-64", "gcc", "-O3"), Build("x86-64", "clang", "-O0"), Build("x86-64", "clang", "-O3"),
@@ -78,6 +85,7 @@ PART = [FIRST, Build("x86-64", "gcc", "-O3"), Build("x86-64", "clang", "-O0"), B
         Build("aarch64", "gcc", "-O2"), Build("riscv64", "gcc", "-O2"), Build("cortex-m7", "gcc", "-O2"),
         Build("cortex-m4", "gcc", "-Os", steps=FEW), Build("cortex-m3", "gcc", "-O2", steps=FEW),
         Build("cortex-m4", "gcc", "-O2", "float")]
+PART += [Build("x86-64", "gcc", NEWER)] if is_newer() else []
 
 
 def matrix() -> list[Build]:
@@ -91,6 +99,7 @@ def matrix() -> list[Build]:
         builds += [Build(target.name, "gcc", "-O2", "float")]
     builds += [Build("x86-64", compiler, more, real) for compiler in ("gcc", "clang") for more in (SANITIZE, PLAIN)
                for real in REALS]
+    builds += [Build("x86-64", compiler, NEWER, real) for compiler in ("gcc", "clang") for real in REALS if is_newer()]
     builds += [Build("x86-64", "clang", "-O3", "float"), Build("cortex-m7", "gcc", PLAIN)]
     known: dict[str, Build] = {}
     for build in builds:  # the longer run of two alike
