@@ -128,12 +128,13 @@ static inline kl_lane bend(const struct kl_axle *axle, kl_lane slope, kl_lane se
 }
 
 /* The treads' motion along their paths, the rails' motion taken off. A tread whose flange holds the
- * rail stays where it is on it; so does one that is beyond its path's end, which must be off the
- * rail. */
+ * rail stays where it is on it; so does one that is off the rail beyond its path's end. */
 static void follow_paths(struct kl_axle *axle, struct kl_ride *ride) {
     const struct kl_rail *rail = &axle->rail;
     KL_EACH_LANE(g) {
-        const kl_lane free = KL_LANE(ride->within, g) * (KL_R(1) - KL_LANE(rail->held, g));
+        const kl_lane down = KL_R(1) - KL_LANE(axle->up, g);
+        const kl_lane free =
+            kl_lane_max(KL_LANE(ride->within, g), down) * (KL_R(1) - KL_LANE(rail->held, g));
         const kl_lane slope = free * KL_LANE(ride->slope, g);
         const kl_lane rate = KL_LANE(ride->outboard_rate, g) - KL_LANE(rail->rate, g);
         KL_LANE(axle->slope, g) = slope;

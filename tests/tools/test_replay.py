@@ -154,7 +154,7 @@ class Replay(Temporary):
 class Diff(Temporary):
     def test_no_difference(self) -> None:
         a, b = self.record("a.klr"), self.record("b.klr", "--record-every", "17")
-        self.assertIn("3000 steps of 56 numbers, no difference\n", output("diff", a, b))
+        self.assertIn("3000 steps of 64 numbers, no difference\n", output("diff", a, b))
 
     def test_first_step_signal_and_size(self) -> None:
         """A step of the set-point at a known time; the states that can feel it first are speed, place and spin."""
@@ -283,7 +283,7 @@ class Hil(Temporary):
         self.replayed()
         run = self.folder / "run.klr"
         output("run", WAGON, DEMO, "--speed", "25", "--time", "1.5", "--record", run)
-        self.assertIn("1500 steps of 56 numbers, no difference", output("diff", self.path, run))
+        self.assertIn("1500 steps of 64 numbers, no difference", output("diff", self.path, run))
 
     def test_commands_and_setpoints(self) -> None:
         process = self.start("--start", "--speed", "20", "--time", "3")
