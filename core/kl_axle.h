@@ -82,6 +82,7 @@ struct kl_ride {
     kl_both slope;         /* dH/dw */
     kl_both second;
     kl_both within; /* 1 before the path's end, else 0 */
+    kl_both beyond; /* how far the rail as it goes by itself would leave it beyond, m */
     kl_both rate;   /* of the height */
     kl_both rest;   /* of its second time derivative what does not depend on y'' */
 };

@@ -74,6 +74,10 @@ void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
         KL_LANE(rail->held, g) = held;
         KL_LANE(rail->rate, g) = rate;
         KL_LANE(rail->q, g) += held * overlap;
+        /* a tread that is down was looked up where the rail would have gone: now its place is known */
+        const kl_lane moved = KL_LANE(axle->ride.beyond, g) - held * overlap;
+        KL_LANE(axle->ride.slope, g) +=
+            (KL_R(1) - KL_LANE(axle->up, g)) * (KL_LANE(axle->ride.second, g) * moved);
         KL_LANE(rail->acceleration, g) = (rate - KL_LANE(rail->start_rate, g)) * axle->inv_step;
     }
 }

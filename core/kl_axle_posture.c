@@ -20,9 +20,9 @@ static struct cell cell_at(const struct kl_pair *pair, const struct kl_side_tabl
 }
 
 /* A tread goes no further than to where its flange touches, earlier by `lean` psi^2/2 where the axle is
- * yawed; `within` is 1 before, else 0. */
+ * yawed; see struct kl_ride. */
 static void find_cells(const struct kl_pair *restrict pair, kl_both *w, kl_real yaw,
-                       struct kl_cells *cells, kl_both *within) {
+                       struct kl_cells *cells, struct kl_ride *ride) {
     const kl_lane middle = kl_lane_all((kl_real)pair->half);
     const kl_real lean = KL_R(0.5) * (yaw * yaw);
     kl_both place;
@@ -30,7 +30,9 @@ static void find_cells(const struct kl_pair *restrict pair, kl_both *w, kl_real 
         const kl_lane from_start = KL_LANE(*w, g) * pair->inv_step_1_m + middle;
         const kl_lane end = kl_lane_load(pair->tread_end, g) - lean * kl_lane_load(pair->lean, g);
         KL_LANE(place, g) = kl_lane_max(kl_lane_min(from_start, end), kl_lane_all(KL_R(0)));
-        KL_LANE(*within, g) = kl_lane_positive_or_0(end - from_start, kl_lane_all(KL_R(1)));
+        KL_LANE(ride->within, g) = kl_lane_positive_or_0(end - from_start, kl_lane_all(KL_R(1)));
+        KL_LANE(ride->beyond, g) =
+            kl_lane_max(from_start - end, kl_lane_all(KL_R(0))) * pair->step_m;
     }
     const struct cell right = cell_at(pair, &pair->side[KL_RIGHT], place[KL_RIGHT]);
     const struct cell left = cell_at(pair, &pair->side[KL_LEFT], place[KL_LEFT]);
@@ -58,7 +60,7 @@ static void read_tables(const struct kl_pair *restrict pair, kl_both *w, struct 
                         struct kl_ride *ride) {
     struct kl_cells *cells = &axle->cells;
     struct kl_coefficients *creep = &axle->creep;
-    find_cells(pair, w, axle->x[KL_WS_YAW], cells, &ride->within);
+    find_cells(pair, w, axle->x[KL_WS_YAW], cells, ride);
     COLUMNS(cells, arm_m, &axle->arm, &axle->radius);
     COLUMNS(cells, f11_1, &creep->f11, &creep->f22);
     COLUMNS(cells, f23_1, &creep->f23, &creep->f33);
