@@ -72,7 +72,7 @@ static void load_creep(const struct kl_axle *restrict axle,
     kl_both aside;
     kl_both down;
     kl_both roll;
-    KL_EACH_LANE(g) {
+    KL_EACH_LANE_LOOP(g) {
         const kl_lane on = kl_lane_all(KL_R(1)) - KL_LANE(axle->up, g);
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane t2 = on * KL_LANE(tread->t2, g);

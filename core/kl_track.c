@@ -7,6 +7,21 @@
 
 #define PATH_PANELS 16
 
+struct kl_track_layout kl_layout_read(const struct kl_track *track, kl_real s) {
+    const struct kl_piece *piece = kl_piece_at(track, s);
+    const kl_real d = s - piece->start_m;
+    const kl_real *k = piece->curvature;
+    const kl_real *c = piece->cant;
+    const struct kl_track_layout at = {
+        .curvature_1_m = k[0] + d * (k[1] + d * (k[2] + d * k[3])),
+        .heading_rad = piece->heading_rad + kl_layout_heading(k, d),
+        .offset_m = piece->offset_m + (piece->heading_rad * d + kl_layout_offset(k, d)),
+        .cant_rad = c[0] + d * (c[1] + d * (c[2] + d * c[3])),
+        .cant_s_1_m = c[1] + d * (KL_R(2) * c[2] + d * (KL_R(3) * c[3])),
+        .cant_ss_1_m2 = KL_R(2) * c[2] + d * (KL_R(6) * c[3])};
+    return at;
+}
+
 void kl_track_layout_at(const struct kl_track *track, kl_real s_m, struct kl_track_layout *layout) {
     *layout = kl_layout_read(track, s_m);
 }

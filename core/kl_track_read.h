@@ -18,20 +18,8 @@ static inline const struct kl_piece *kl_piece_at(const struct kl_track *track, k
     return at;
 }
 
-static inline struct kl_track_layout kl_layout_read(const struct kl_track *track, kl_real s) {
-    const struct kl_piece *piece = kl_piece_at(track, s);
-    const kl_real d = s - piece->start_m;
-    const kl_real *k = piece->curvature;
-    const kl_real *c = piece->cant;
-    const struct kl_track_layout at = {
-        .curvature_1_m = k[0] + d * (k[1] + d * (k[2] + d * k[3])),
-        .heading_rad = piece->heading_rad + kl_layout_heading(k, d),
-        .offset_m = piece->offset_m + (piece->heading_rad * d + kl_layout_offset(k, d)),
-        .cant_rad = c[0] + d * (c[1] + d * (c[2] + d * c[3])),
-        .cant_s_1_m = c[1] + d * (KL_R(2) * c[2] + d * (KL_R(3) * c[3])),
-        .cant_ss_1_m2 = KL_R(2) * c[2] + d * (KL_R(6) * c[3])};
-    return at;
-}
+/* The layout at s, within its length. */
+struct kl_track_layout kl_layout_read(const struct kl_track *track, kl_real s);
 
 /* The cubic B-spline of all four channels, as a polynomial in the place t = 0..1 between the two
  * inner ones of four control points. */
