@@ -81,8 +81,8 @@ static void read_tables(const struct kl_pair *restrict pair, kl_both *w, struct 
 
 /*
  * Where the rails go by themselves: c q' + k q = what the tread presses, with the wheel as it moves at
- * the end of the step, implicitly. A tread that is up, or would have to pull for that, leaves the rail alone. Of
- * a state as it stands no rail goes where it wants to be faster than in a step.
+ * the end of the step, implicitly. A tread that is up, or would have to pull for that, leaves the
+ * rail alone. Of a state as it stands no rail goes where it wants to be faster than in a step.
  */
 static void carry_rails(const struct kl_pair *restrict pair, kl_real rest_N, kl_real step_s,
                         kl_real speed_m_s, struct kl_axle *restrict axle) {

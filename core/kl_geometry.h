@@ -106,9 +106,9 @@ struct kl_row {
     kl_real height_w; /* dH/dw */
     kl_real arm_m;    /* lateral distance of the contact point from the middle of the axle */
     kl_real radius_m; /* rolling radius at the contact */
-    /* Of the contact angle of the rail: the common tangent, against the track. A step takes the
-     * contact plane from the heights' slopes, with which the wheels' forces do no work, unless the
-     * flange keeps the tread from moving along. */
+    /* Of the contact angle of the rail: the common tangent, against the track. On a tread for reading
+     * alone: a step takes the contact plane from the heights' slopes, with which the wheels' forces do
+     * no work. */
     kl_real sin_delta;
     kl_real cos_delta;
     kl_real f11_1;

@@ -135,12 +135,18 @@ void cli_plot_panel(struct cli_plot *plot, const struct cli_plot_panel *panel) {
     plot->content = false;
 }
 
-void cli_plot_line(struct cli_plot *plot, const struct cli_plot_style *style, const double *x,
-                   const double *y, size_t n) {
-    put_style(plot, "line", style);
+/* Content that is places along a way, and nothing else. */
+static void put_way(struct cli_plot *plot, const char *kind, const struct cli_plot_style *style,
+                    const double *x, const double *y, size_t n) {
+    put_style(plot, kind, style);
     put_array(plot->json, "x", x, n, 1);
     put_array(plot->json, "y", y, n, 1);
     fputc('}', plot->json);
+}
+
+void cli_plot_line(struct cli_plot *plot, const struct cli_plot_style *style, const double *x,
+                   const double *y, size_t n) {
+    put_way(plot, "line", style, x, y, n);
 }
 
 void cli_plot_rays(struct cli_plot *plot, const struct cli_plot_style *style,
@@ -174,10 +180,7 @@ void cli_plot_text(struct cli_plot *plot, enum cli_plot_colour colour, double x,
 
 void cli_plot_fill(struct cli_plot *plot, const struct cli_plot_style *style, const double *x,
                    const double *y, size_t n) {
-    put_style(plot, "fill", style);
-    put_array(plot->json, "x", x, n, 1);
-    put_array(plot->json, "y", y, n, 1);
-    fputc('}', plot->json);
+    put_way(plot, "fill", style, x, y, n);
 }
 
 void cli_plot_word(struct cli_plot *plot, enum cli_plot_colour colour,
