@@ -82,7 +82,7 @@ struct kl_ride {
     kl_both slope;         /* dH/dw */
     kl_both second;
     kl_both within; /* 1 before the path's end, else 0 */
-    kl_both beyond; /* how far the rail as it goes by itself would leave it beyond, m */
+    kl_both after;  /* how far beyond it the rail as it goes by itself would leave it, m */
     kl_both rate;   /* of the height */
     kl_both rest;   /* of its second time derivative what does not depend on y'' */
 };
@@ -119,6 +119,9 @@ struct kl_axle {
     kl_both expected; /* the treads' normal forces, as the last two steps tell */
     kl_both slope; /* dH/dw of the treads; 0 where the flange holds the rail; and a step before */
     kl_both slope_before;
+    kl_both
+        shortened; /* how far before its end the tread's path stops; and where it has been found to */
+    kl_both shortens;
     kl_real step;     /* s; 0 where a state is looked at as it stands */
     kl_real inv_step; /* 1/s; or 0 */
     struct kl_rail rail;

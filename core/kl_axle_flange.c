@@ -73,11 +73,15 @@ void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
         KL_LANE(flange->reach, g) = reach;
         KL_LANE(rail->held, g) = held;
         KL_LANE(rail->rate, g) = rate;
-        KL_LANE(rail->q, g) += held * overlap;
         /* a tread that is down was looked up where the rail would have gone: now its place is known */
-        const kl_lane moved = KL_LANE(axle->ride.beyond, g) - held * overlap;
+        const kl_lane after = KL_LANE(axle->ride.after, g);
+        const kl_lane back = held * overlap;
+        const kl_lane moved = kl_lane_max(after, kl_lane_all(KL_R(0))) - back;
         KL_LANE(axle->ride.slope, g) +=
             (KL_R(1) - KL_LANE(axle->up, g)) * (KL_LANE(axle->ride.second, g) * moved);
+        KL_LANE(rail->q, g) += back;
+        KL_LANE(axle->shortens, g) =
+            held * kl_lane_max((KL_LANE(axle->shortened, g) + back) - after, kl_lane_all(KL_R(0)));
         KL_LANE(rail->acceleration, g) = (rate - KL_LANE(rail->start_rate, g)) * axle->inv_step;
     }
 }

@@ -15,6 +15,7 @@ void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) 
         KL_LANE(axle->flange.normal, g) = kl_lane_load(lift->flange_N, g);
         KL_LANE(axle->slope_before, g) = kl_lane_load(lift->slope, g);
         KL_LANE(axle->path_rate_before, g) = kl_lane_load(lift->path_m_s, g);
+        KL_LANE(axle->shortened, g) = kl_lane_load(lift->short_m, g);
         KL_LANE(axle->rail.press, g) = kl_lane_load(lift->press_N, g);
         KL_LANE(axle->rail.resist, g) = kl_lane_load(lift->resist_Ns_m, g);
         KL_LANE(axle->rail.inertia, g) = kl_lane_load(lift->inertia_kg, g);
@@ -186,6 +187,7 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
         kl_lane_store(lift->inertia_kg, g, pair->gives * inertia);
         kl_lane_store(lift->slope, g, KL_LANE(axle->slope, g));
         kl_lane_store(lift->path_m_s, g, KL_LANE(axle->path_rate, g));
+        kl_lane_store(lift->short_m, g, KL_LANE(axle->shortens, g));
         kl_lane_store(lift->flange_N, g, KL_LANE(forces->flange.normal, g));
     }
     KL_EACH_LANE(g) {

@@ -19,20 +19,21 @@ static struct cell cell_at(const struct kl_pair *pair, const struct kl_side_tabl
     return cell;
 }
 
-/* A tread goes no further than to where its flange touches, earlier by `lean` psi^2/2 where the axle is
- * yawed; see struct kl_ride. */
-static void find_cells(const struct kl_pair *restrict pair, kl_both *w, kl_real yaw,
-                       struct kl_cells *cells, struct kl_ride *ride) {
+/* A tread goes no further than to where its flange touches: to its path's end, and earlier where the
+ * flange of a yawed wheel held the rail before. */
+static void find_cells(const struct kl_pair *restrict pair, kl_both *w, struct kl_axle *axle) {
+    struct kl_ride *ride = &axle->ride;
+    struct kl_cells *cells = &axle->cells;
     const kl_lane middle = kl_lane_all((kl_real)pair->half);
-    const kl_real lean = KL_R(0.5) * (yaw * yaw);
     kl_both place;
     KL_EACH_LANE(g) {
         const kl_lane from_start = KL_LANE(*w, g) * pair->inv_step_1_m + middle;
-        const kl_lane end = kl_lane_load(pair->tread_end, g) - lean * kl_lane_load(pair->lean, g);
+        const kl_lane end =
+            kl_lane_load(pair->tread_end, g) - KL_LANE(axle->shortened, g) * pair->inv_step_1_m;
+        const kl_lane after = from_start - end;
         KL_LANE(place, g) = kl_lane_max(kl_lane_min(from_start, end), kl_lane_all(KL_R(0)));
-        KL_LANE(ride->within, g) = kl_lane_positive_or_0(end - from_start, kl_lane_all(KL_R(1)));
-        KL_LANE(ride->beyond, g) =
-            kl_lane_max(from_start - end, kl_lane_all(KL_R(0))) * pair->step_m;
+        KL_LANE(ride->within, g) = kl_lane_positive_or_0(-after, kl_lane_all(KL_R(1)));
+        KL_LANE(ride->after, g) = after * pair->step_m;
     }
     const struct cell right = cell_at(pair, &pair->side[KL_RIGHT], place[KL_RIGHT]);
     const struct cell left = cell_at(pair, &pair->side[KL_LEFT], place[KL_LEFT]);
@@ -56,11 +57,11 @@ static void find_cells(const struct kl_pair *restrict pair, kl_both *w, kl_real 
     kl_lane_columns(&(cells)->below[KL_RIGHT]->field, &(cells)->below[KL_LEFT]->field, ROW_REALS,  \
                     (cells)->t[KL_RIGHT], (cells)->t[KL_LEFT], first, second)
 
-static void read_tables(const struct kl_pair *restrict pair, kl_both *w, struct kl_axle *axle,
-                        struct kl_ride *ride) {
-    struct kl_cells *cells = &axle->cells;
+static void read_tables(const struct kl_pair *restrict pair, kl_both *w, struct kl_axle *axle) {
+    struct kl_ride *ride = &axle->ride;
+    const struct kl_cells *cells = &axle->cells;
     struct kl_coefficients *creep = &axle->creep;
-    find_cells(pair, w, axle->x[KL_WS_YAW], cells, ride);
+    find_cells(pair, w, axle);
     COLUMNS(cells, arm_m, &axle->arm, &axle->radius);
     COLUMNS(cells, f11_1, &creep->f11, &creep->f22);
     COLUMNS(cells, f23_1, &creep->f23, &creep->f33);
@@ -129,21 +130,33 @@ static inline kl_lane bend(const struct kl_axle *axle, kl_lane slope, kl_lane se
     return kl_lane_min(kl_lane_max(here, mean - about), mean + about);
 }
 
-/* The treads' motion along their paths, the rails' motion taken off. A tread whose flange holds the
- * rail stays where it is on it; so does one that is off the rail beyond its path's end. */
-static void follow_paths(struct kl_axle *axle, struct kl_ride *ride) {
+/*
+ * The treads' motion along their paths, the rails' motion taken off. A tread whose flange holds the
+ * rail stays where it is on it; so does one that is off the rail beyond its path's end. The other
+ * wheel's path is that of an axle which rolls as both wheels go along theirs, and takes it along at
+ * the height of its contact: where one of them stays, the other one's rises by so much less.
+ */
+static void follow_paths(const struct kl_pair *restrict pair, struct kl_axle *axle,
+                         struct kl_ride *ride) {
     const struct kl_rail *rail = &axle->rail;
+    const kl_real lever = pair->radius_m * pair->inv_base_1_m;
+    kl_both free;
+    kl_both stays; /* of the slope */
     KL_EACH_LANE(g) {
         const kl_lane down = KL_R(1) - KL_LANE(axle->up, g);
-        const kl_lane free =
+        KL_LANE(free, g) =
             kl_lane_max(KL_LANE(ride->within, g), down) * (KL_R(1) - KL_LANE(rail->held, g));
-        const kl_lane slope = free * KL_LANE(ride->slope, g);
+        KL_LANE(stays, g) = KL_LANE(ride->slope, g) - KL_LANE(free, g) * KL_LANE(ride->slope, g);
+    }
+    KL_EACH_LANE(g) {
+        const kl_lane part = KL_LANE(free, g) / (KL_R(1) - lever * KL_OTHER(stays, g));
+        const kl_lane slope = part * KL_LANE(ride->slope, g);
         const kl_lane rate = KL_LANE(ride->outboard_rate, g) - KL_LANE(rail->rate, g);
         KL_LANE(axle->slope, g) = slope;
         KL_LANE(axle->path_rate, g) = rate;
         KL_LANE(ride->rate, g) = slope * rate;
         KL_LANE(ride->rest, g) =
-            bend(axle, slope, free * KL_LANE(ride->second, g), g) +
+            bend(axle, slope, part * KL_LANE(ride->second, g), g) +
             slope * (KL_LANE(axle->outboard_rest, g) - KL_LANE(rail->acceleration, g));
         KL_LANE(axle->height_rate, g) = KL_LANE(ride->rate, g) - KL_LANE(axle->rise_rate, g);
     }
@@ -159,7 +172,7 @@ static inline void find_contact_planes(const struct kl_pair *restrict pair,
                                        const struct kl_ride *ride, struct kl_axle *axle) {
     KL_EACH_LANE(g) {
         const kl_lane own = KL_LANE(ride->slope, g);
-        const kl_lane other = KL_OTHER(axle->slope, g);
+        const kl_lane other = KL_OTHER(ride->slope, g);
         const kl_lane share = kl_lane_load(pair->share, g);
         const kl_lane s_z_y = share * own - (KL_R(1) - share) * other;
         const kl_lane phi_y = (own + other) * pair->inv_base_1_m;
@@ -221,7 +234,7 @@ void kl_axle_place(const struct kl_pair *restrict pair, kl_real speed_m_s, kl_re
     KL_EACH_LANE(g) {
         KL_LANE(w, g) -= KL_LANE(axle->rail.q, g);
     }
-    read_tables(pair, &w, axle, &axle->ride);
+    read_tables(pair, &w, axle);
 }
 
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
@@ -231,7 +244,7 @@ void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
     const kl_real v = speed_m_s;
     const kl_real v2 = v * v;
     kl_axle_meet_flange(pair, step_s, axle);
-    follow_paths(axle, ride);
+    follow_paths(pair, axle, ride);
 
     const kl_real inv_base = pair->inv_base_1_m;
     const kl_real q_r = pair->share[KL_RIGHT];

@@ -220,23 +220,6 @@ static void set_flange_jump(const struct kl_pair *pair, enum kl_side s, double t
     }
 }
 
-/* Yawed, a flange touches ahead of the axle, where it is broader by radius tan(delta) psi^2/2: while the
- * wheel is still on its tread, lower than where the flange would touch without. */
-static void set_lean(struct kl_pair *pair, enum kl_side s, const struct kl_row *end) {
-    kl_real t;
-    const struct kl_flange_row *row =
-        flange_row(&pair->flange[s], pair->inv_step_1_m, end->height_m, &t);
-    const double radius = (double)row[0].contact.radius_m;
-    const double tangent = (double)(row[0].contact.sin_delta +
-                                    t * (row[1].contact.sin_delta - row[0].contact.sin_delta)) *
-                           (double)(row[0].inv_cos + t * (row[1].inv_cos - row[0].inv_cos));
-    const double climb = (double)kl_flange_place(row, t, pair->step_m, pair->inv_step_1_m).slope;
-    const double follows =
-        climb * -(double)end->height_w; /* of the touch, by which the wheel rises */
-    pair->lean[s] = (kl_real)(radius * tangent / (1.0 - (follows < 0.9 ? follows : 0.9)) /
-                              (double)pair->step_m);
-}
-
 enum kl_status kl_flange_end_tread(const struct kl_pair_def *def, const struct kl_tangency *t,
                                    const struct kl_pair_rows *tables, enum kl_side s,
                                    struct kl_pair *pair, struct kl_diag *diag) {
@@ -257,7 +240,6 @@ enum kl_status kl_flange_end_tread(const struct kl_pair_def *def, const struct k
     if (located == KL_OK) {
         set_flange_jump(pair, s, touch, &end, &pair->side[s]);
         end_tread(pair, s, touch, &end, tables->rows[s]);
-        set_lean(pair, s, &end);
     }
     return located;
 }

@@ -212,7 +212,6 @@ static enum kl_status build_from_profiles(const struct kl_pair_def *def, struct 
                 tables->rows[KL_LEFT][i] = tables->rows[KL_RIGHT][i];
             }
             pair->tread_end[KL_LEFT] = pair->tread_end[KL_RIGHT];
-            pair->lean[KL_LEFT] = pair->lean[KL_RIGHT];
         } else {
             status = finish_side(def, &t, tables, (enum kl_side)s, pair, diag);
         }

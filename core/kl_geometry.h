@@ -177,7 +177,6 @@ struct kl_pair {
                                             are RIGID the whole wheels */
     struct kl_flange_table flange[KL_SIDES];
     kl_real tread_end[KL_SIDES];   /* last place in the tread's rows, where the flange touches */
-    kl_real lean[KL_SIDES];        /* by which a yawed flange touches earlier, rows per psi^2/2 */
     kl_real central_tan[KL_SIDES]; /* of the contact angle when central */
     kl_real gives; /* 1: there is a flange, and the rails give way sideways; else 0 */
     uint32_t half;

@@ -64,8 +64,10 @@ struct kl_lift {
     kl_real press_N[KL_SIDES]; /* without either */
     kl_real resist_Ns_m[KL_SIDES];
     kl_real inertia_kg[KL_SIDES];
+    kl_real short_m[KL_SIDES]; /* where the flange held the rail: how far before the end of its path
+                                  the tread stood, >= 0; else 0 */
 };
-#define KL_LIFT_FIELDS 10 /* of KL_SIDES reals each, nothing else */
+#define KL_LIFT_FIELDS 11 /* of KL_SIDES reals each, nothing else */
 
 /* Plain data without pointers: a copy is a snapshot. */
 struct kl_state {
@@ -114,7 +116,7 @@ struct kl_contact_output {
     kl_real omega3_1_m[KL_SIDES];
     kl_real reduction[KL_SIDES]; /* 1 linear .. 0 sliding */
     kl_real radius_m[KL_SIDES];
-    kl_real delta_rad[KL_SIDES]; /* contact angle */
+    kl_real delta_rad[KL_SIDES];   /* contact angle */
     kl_real eta_wheel_m[KL_SIDES]; /* contact point on the wheel; kl_pair_posture knows more */
 };
 

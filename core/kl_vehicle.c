@@ -401,8 +401,6 @@ static uint64_t hash_pairs(uint64_t h, const struct kl_model *m) {
                                   p->share[KL_LEFT],
                                   p->tread_end[KL_RIGHT],
                                   p->tread_end[KL_LEFT],
-                                  p->lean[KL_RIGHT],
-                                  p->lean[KL_LEFT],
                                   p->central_tan[KL_RIGHT],
                                   p->central_tan[KL_LEFT],
                                   p->gives,

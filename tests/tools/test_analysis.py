@@ -247,7 +247,7 @@ class Curve(unittest.TestCase):
                 for deficiency in ("100mm", "-60mm"):
                     common = ("--cant", "100mm", "--cant-deficiency", deficiency, "--csv")
                     once = rows(output("curve", model, "--radius", radius, *common))
-                    over = [r for r in rows(output("curve", model, f"--radius=1000,500,{radius}", *common))
+                    over = [r for r in rows(output("curve", model, f"--radius=1000,400,{radius}", *common))
                             if float(r["radius_m"]) == radius]
                     weight = sum(float(r[f"{s}_q_N"]) for r in once for s in ("right", "left"))
                     with self.subTest(model=model, radius=radius, deficiency=deficiency):

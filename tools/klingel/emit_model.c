@@ -204,8 +204,6 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
         reals(f, p->share, KL_SIDES);
         fputs(", .tread_end = ", f);
         reals(f, p->tread_end, KL_SIDES);
-        fputs(", .lean = ", f);
-        reals(f, p->lean, KL_SIDES);
         fputs(",\n     .central_tan = ", f);
         reals(f, p->central_tan, KL_SIDES);
         fputs(", ", f);
@@ -409,7 +407,8 @@ static void definition(FILE *f, const struct kl_model *m, const char *name) {
     }
     fprintf(f,
             "\n    .n_bodies = %" PRIu32 ", .n_wheelsets = %" PRIu32 ", .n_pairs = %" PRIu32
-            ",\n    .n_rails = %" PRIu32 ", .n_twists = %" PRIu32 ", .n_states = %" PRIu32 ",\n    ",
+            ",\n    .n_rails = %" PRIu32 ", .n_twists = %" PRIu32 ", .n_states = %" PRIu32
+            ",\n    ",
             m->n_bodies, m->n_wheelsets, m->n_pairs, m->n_rails, m->n_twists, m->n_states);
     if (m->n_bodies > 0) {
         fprintf(f, ".bodies = %s_bodies, ", name);
