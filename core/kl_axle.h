@@ -217,7 +217,7 @@ struct kl_axle_forces {
 void kl_axle_place(const struct kl_pair *restrict pair, kl_real speed_m_s, kl_real speed_rate_m_s2,
                    kl_real rest_N, kl_real step_s, struct kl_axle *restrict axle);
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
-                     kl_real speed_rate_m_s2, kl_real step_s, struct kl_axle *restrict axle);
+                     kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
 
 /* Creep of a contact at its `used` normal force, by the wheelset's law, from its creepages; with
  * `constant` coefficients, the wheelset's, or those of the contact. */

@@ -238,12 +238,11 @@ void kl_axle_place(const struct kl_pair *restrict pair, kl_real speed_m_s, kl_re
 }
 
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
-                     kl_real speed_rate_m_s2, kl_real step_s, struct kl_axle *restrict axle) {
+                     kl_real speed_rate_m_s2, struct kl_axle *restrict axle) {
     const struct kl_track_point *track = &axle->track;
     struct kl_ride *ride = &axle->ride;
     const kl_real v = speed_m_s;
     const kl_real v2 = v * v;
-    kl_axle_meet_flange(pair, step_s, axle);
     follow_paths(pair, axle, ride);
 
     const kl_real inv_base = pair->inv_base_1_m;

@@ -165,11 +165,15 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
                       model->step_s, axle);
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        struct kl_axle *axle = &e->axle[w];
+        kl_axle_meet_flange(&model->pairs[model->wheelsets[w].pair], model->step_s, axle);
+        e->faults |= axle->faults;
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         const struct kl_wheelset *wheelset = &model->wheelsets[w];
         const struct kl_pair *pair = &model->pairs[wheelset->pair];
         struct kl_axle *axle = &e->axle[w];
-        kl_axle_posture(pair, v, stage->speed_rate_m_s2, model->step_s, axle);
-        e->faults |= axle->faults;
+        kl_axle_posture(pair, v, stage->speed_rate_m_s2, axle);
         const struct kl_track_point *here = &axle->track;
         const struct offsets o = offsets_at(here->heading_rad, here->offset_m, here->cant_rad,
                                             &e->reference, wheelset->x_m, -pair->radius_m, v);
