@@ -176,13 +176,14 @@ static inline void find_contact_planes(const struct kl_pair *restrict pair,
         const kl_lane share = kl_lane_load(pair->share, g);
         const kl_lane s_z_y = share * own - (KL_R(1) - share) * other;
         const kl_lane phi_y = (own + other) * pair->inv_base_1_m;
+        /* cosine and sine from both sides of the triangle at once, for one root and its inverse */
         const kl_lane across = KL_R(1) - KL_LANE(axle->radius, g) * phi_y;
-        const kl_lane tangent = -(s_z_y + KL_LANE(axle->arm, g) * phi_y) / across;
-        const kl_lane inv_cos = kl_lane_sqrt(KL_R(1) + tangent * tangent);
-        const kl_lane cos_delta = KL_R(1) / inv_cos;
-        KL_LANE(axle->inv_cos, g) = inv_cos;
-        KL_LANE(axle->cos_delta, g) = cos_delta;
-        KL_LANE(axle->sin_delta, g) = tangent * cos_delta;
+        const kl_lane up = -(s_z_y + KL_LANE(axle->arm, g) * phi_y);
+        const kl_lane length = kl_lane_sqrt(across * across + up * up);
+        const kl_lane inv_length = KL_R(1) / length;
+        KL_LANE(axle->inv_cos, g) = length / across;
+        KL_LANE(axle->cos_delta, g) = across * inv_length;
+        KL_LANE(axle->sin_delta, g) = up * inv_length;
     }
 }
 
