@@ -78,7 +78,8 @@ struct kl_flange {
 
 /* Of either side's tread: how its table goes on from its place, and how it moves. */
 struct kl_ride {
-    kl_both outboard_rate; /* over the rail at rest */
+    kl_both outboard; /* of the tread over the rail at rest */
+    kl_both outboard_rate;
     kl_both slope;         /* dH/dw */
     kl_both second;
     kl_both within; /* 1 before the path's end, else 0 */
@@ -210,12 +211,16 @@ struct kl_axle_forces {
     kl_real inv_mass_1_kg; /* of the lateral motion */
 };
 
-/* Where the treads are on their rails, at axle->x, with the rates of y and yaw in axle->rate and the
- * track at the wheelset in axle->track, at speed V and its rate; rest_N is a wheel's load at rest,
- * step_s the model's, also for a state as it stands. Then the posture: in two parts, each done for all
- * axles before the next. */
+/* Where wheels and rails are, at axle->x, with the rates of y and yaw in axle->rate and the track at the
+ * wheelset in axle->track, at speed V and its rate; rest_N is a wheel's load at rest, step_s the
+ * model's, also for a state as it stands. What the tables say there; whether the flanges reach the
+ * rails, which stand where they go by themselves, and takes the rails along where they do; then the
+ * posture. Each part is done for all axles before the next, see below. */
 void kl_axle_place(const struct kl_pair *restrict pair, kl_real speed_m_s, kl_real speed_rate_m_s2,
                    kl_real rest_N, kl_real step_s, struct kl_axle *restrict axle);
+void kl_axle_look_up(const struct kl_pair *restrict pair, struct kl_axle *restrict axle);
+void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
+                         struct kl_axle *restrict axle);
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
                      kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
 
@@ -234,11 +239,6 @@ static inline int kl_axle_is_limited(const struct kl_wheelset *wheelset) {
 /* Carries on over the time h what is known of rails and treads, the rail's place before in
  * axle->rail; before the posture. */
 void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle);
-
-/* Whether the flanges reach the rails, which stand where they go by themselves, at ride height
- * axle->height; and takes the rails along where they do. */
-void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
-                         struct kl_axle *restrict axle);
 
 /* Creepages and creep of the flanges. */
 void kl_axle_flange_creep(const struct kl_wheelset *restrict wheelset,

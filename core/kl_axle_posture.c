@@ -192,7 +192,7 @@ static inline void find_contact_planes(const struct kl_pair *restrict pair,
  * wheelset about the rails), seen outboard from either side less half the gauge's change.
  */
 static void find_outboard(const struct kl_pair *restrict pair, kl_real v, kl_real v_rate,
-                          struct kl_axle *restrict axle, kl_both *restrict tread_w) {
+                          struct kl_axle *restrict axle) {
     const struct kl_track_point *track = &axle->track;
     const kl_real v2 = v * v;
     const kl_real r0 = pair->radius_m;
@@ -219,7 +219,7 @@ static void find_outboard(const struct kl_pair *restrict pair, kl_real v, kl_rea
         KL_LANE(axle->outboard, g) = w;
         KL_LANE(axle->outboard_rate, g) = rate;
         KL_LANE(axle->outboard_rest, g) = sign * u_rest - gauge_rest;
-        KL_LANE(*tread_w, g) = w + lever * KL_LANE(axle->rise, g);
+        KL_LANE(axle->ride.outboard, g) = w + lever * KL_LANE(axle->rise, g);
         KL_LANE(axle->ride.outboard_rate, g) = rate + lever * KL_LANE(axle->rise_rate, g);
     }
     /* the larger |w| of both sides; the comparison is also false for a NaN */
@@ -229,11 +229,14 @@ static void find_outboard(const struct kl_pair *restrict pair, kl_real v, kl_rea
 
 void kl_axle_place(const struct kl_pair *restrict pair, kl_real speed_m_s, kl_real speed_rate_m_s2,
                    kl_real rest_N, kl_real step_s, struct kl_axle *restrict axle) {
-    kl_both w;
-    find_outboard(pair, speed_m_s, speed_rate_m_s2, axle, &w);
+    find_outboard(pair, speed_m_s, speed_rate_m_s2, axle);
     carry_rails(pair, rest_N, step_s, speed_m_s, axle);
+}
+
+void kl_axle_look_up(const struct kl_pair *restrict pair, struct kl_axle *restrict axle) {
+    kl_both w;
     KL_EACH_LANE(g) {
-        KL_LANE(w, g) -= KL_LANE(axle->rail.q, g);
+        KL_LANE(w, g) = KL_LANE(axle->ride.outboard, g) - KL_LANE(axle->rail.q, g);
     }
     read_tables(pair, &w, axle);
 }

@@ -165,6 +165,9 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
                       model->step_s, axle);
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        kl_axle_look_up(&model->pairs[model->wheelsets[w].pair], &e->axle[w]);
+    }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         struct kl_axle *axle = &e->axle[w];
         kl_axle_meet_flange(&model->pairs[model->wheelsets[w].pair], model->step_s, axle);
         e->faults |= axle->faults;
