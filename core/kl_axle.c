@@ -25,7 +25,6 @@ void kl_axle_find_creep(const struct kl_wheelset *restrict wheelset,
         KL_LANE(tread->creepages.gamma1, g) = along * by;
         KL_LANE(tread->creepages.gamma2, g) = across * by * KL_LANE(axle->inv_cos, g);
         KL_LANE(tread->creepages.omega3, g) = about * by;
-        KL_LANE(tread->used, g) = kl_lane_max(KL_LANE(axle->expected, g), kl_lane_all(KL_R(1)));
     }
     kl_axle_creep(wheelset, &axle->creep, wheelset->creep.f11_N > KL_R(0), forces, tread);
     kl_axle_flange_creep(wheelset, axle, forces);

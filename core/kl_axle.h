@@ -164,8 +164,9 @@ struct kl_load {
 
 /* A contact of either wheel: first what it is at the normal force `used`, in the end at `normal`. */
 struct kl_contact_forces {
-    kl_both used; /* N that creep is found with, at least 1 N; and 1/N */
+    kl_both used; /* N that creep is found with, at least 1 N; 1/N and N^(-1/3) */
     kl_both inv_used;
+    kl_both inv_root;
     kl_both normal;
     struct kl_creepages creepages;
     kl_both t1;
@@ -223,6 +224,9 @@ void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
                          struct kl_axle *restrict axle);
 void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
                      kl_real speed_rate_m_s2, struct kl_axle *restrict axle);
+
+/* The normal forces that creep is found with, from axle->expected and the flange's. */
+void kl_axle_expect(const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
 
 /* Creep of a contact at its `used` normal force, by the wheelset's law, from its creepages; with
  * `constant` coefficients, the wheelset's, or those of the contact. */

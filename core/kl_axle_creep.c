@@ -4,6 +4,21 @@
 #include "kl_creep_lanes.h"
 #include "kl_saturate.h"
 
+static void use(const kl_both *expected, struct kl_contact_forces *restrict contact) {
+    KL_EACH_LANE(g) {
+        const kl_lane n = kl_lane_max(KL_LANE(*expected, g), kl_lane_all(KL_R(1)));
+        const kl_lane y = kl_lane_inverse_cbrt(n, KL_CBRT_ROUNDS);
+        KL_LANE(contact->used, g) = n;
+        KL_LANE(contact->inv_root, g) = y;
+        KL_LANE(contact->inv_used, g) = y * (y * y);
+    }
+}
+
+void kl_axle_expect(const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
+    use(&axle->expected, &forces->tread);
+    use(&axle->flange.normal, &forces->flange);
+}
+
 /* Friction that falls with the velocity of slip. */
 static void find_friction(const struct kl_axle_forces *restrict forces,
                           const struct kl_creepages *restrict creepages, kl_both *restrict mu) {
@@ -26,7 +41,7 @@ static inline void saturate(const struct kl_wheelset *restrict wheelset,
     const kl_lane no_limit = kl_lane_all(kl_no_limit(def->law));
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(contact->used, g);
-        const kl_lane y = kl_lane_inverse_cbrt(n, KL_CBRT_ROUNDS);
+        const kl_lane y = KL_LANE(contact->inv_root, g);
         const kl_lane two_thirds = n * y;
         const kl_lane third = two_thirds * y;
         const kl_lane f11 = constant ? kl_lane_all(def->f11_N) : KL_LANE(k->f11, g) * two_thirds;
@@ -41,7 +56,6 @@ static inline void saturate(const struct kl_wheelset *restrict wheelset,
         const kl_lane limit = KL_LANE(*mu, g) * n + no_limit;
         const kl_lane secant = kl_lane_saturate(t1, t2, limit);
         const kl_lane reduction = slope * secant;
-        KL_LANE(contact->inv_used, g) = y * (y * y);
         KL_LANE(contact->reduction, g) = reduction;
         KL_LANE(contact->t1, g) = secant * t1;
         KL_LANE(contact->t2, g) = secant * t2;
@@ -62,7 +76,7 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
     const kl_lane one = kl_lane_all(KL_R(1));
     KL_EACH_LANE_LOOP(g) {
         const kl_lane n = KL_LANE(contact->used, g);
-        const kl_lane y = kl_lane_inverse_cbrt(n, KL_CBRT_ROUNDS);
+        const kl_lane y = KL_LANE(contact->inv_root, g);
         const kl_lane two_thirds = n * y;
         const kl_lane third = two_thirds * y;
         const kl_lane mu = KL_LANE(*friction, g);
@@ -83,7 +97,6 @@ static void follow_law(const struct kl_wheelset *restrict wheelset,
         }
         kl_lane_creep(def->law, forces->table, &in, &out);
         const kl_lane limit = mu * n;
-        KL_LANE(contact->inv_used, g) = y * (y * y);
         KL_LANE(contact->t1, g) = limit * out.t1;
         KL_LANE(contact->t2, g) = limit * out.t2;
         KL_LANE(contact->m3, g) = limit * third * out.m3;

@@ -108,7 +108,6 @@ void kl_axle_flange_creep(const struct kl_wheelset *restrict wheelset,
         KL_LANE(f->creepages.omega3, g) = (KL_LANE(flange->cos_delta, g) * axle->x[KL_WS_YAW_RATE] -
                                            KL_LANE(flange->sin_delta, g) * (sign * spin)) *
                                           by;
-        KL_LANE(f->used, g) = kl_lane_max(KL_LANE(flange->normal, g), kl_lane_all(KL_R(1)));
     }
     COLUMNS(flange, contact.f11_1, &creep.f11, &creep.f22);
     COLUMNS(flange, contact.f23_1, &creep.f23, &creep.f33);

@@ -161,6 +161,7 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
         first += KL_WHEELSET_STATES;
         kl_axle_carry(&from->lift[w], from->h, axle);
         rail += carry_rails(pair, from, rail, axle);
+        kl_axle_expect(axle, &e->forces[w]);
         kl_axle_place(pair, v, stage->speed_rate_m_s2, KL_R(0.5) * wheelset->static_load_N,
                       model->step_s, axle);
     }
