@@ -16,6 +16,11 @@
     kl_lane_columns(&(flange)->row[KL_RIGHT]->field, &(flange)->row[KL_LEFT]->field, ROW_REALS,    \
                     (flange)->t[KL_RIGHT], (flange)->t[KL_LEFT], first, second)
 
+#define FOUR_COLUMNS(flange, field, first, second, third, fourth)                                  \
+    kl_lane_four_columns(&(flange)->row[KL_RIGHT]->field, &(flange)->row[KL_LEFT]->field,          \
+                         ROW_REALS, (flange)->t[KL_RIGHT], (flange)->t[KL_LEFT], first, second,    \
+                         third, fourth)
+
 static void find_row(const struct kl_pair *pair, int side, struct kl_axle *axle, kl_real *t) {
     const struct kl_flange_table *table = &pair->flange[side];
     const uint32_t last = table->n_rows - 2u;
@@ -45,8 +50,8 @@ void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
         KL_LANE(flange->t, g) = kl_lane_of(right, left, g);
     }
     COLUMNS(flange, inv_sin, &flange->inv_sin, &flange->inv_cos);
-    COLUMNS(flange, contact.arm_m, &flange->arm, &flange->radius);
-    COLUMNS(flange, contact.sin_delta, &flange->sin_delta, &flange->cos_delta);
+    FOUR_COLUMNS(flange, contact.arm_m, &flange->arm, &flange->radius, &flange->sin_delta,
+                 &flange->cos_delta);
     const kl_real lean = KL_R(0.5) * (axle->x[KL_WS_YAW] * axle->x[KL_WS_YAW]);
     const int still = !(axle->step > KL_R(0));
     const kl_real inv_step = KL_R(1) / step_s;
@@ -109,11 +114,10 @@ void kl_axle_flange_creep(const struct kl_wheelset *restrict wheelset,
                                            KL_LANE(flange->sin_delta, g) * (sign * spin)) *
                                           by;
     }
-    COLUMNS(flange, contact.f11_1, &creep.f11, &creep.f22);
-    COLUMNS(flange, contact.f23_1, &creep.f23, &creep.f33);
+    FOUR_COLUMNS(flange, contact.f11_1, &creep.f11, &creep.f22, &creep.f23, &creep.f33);
     if (!kl_saturates(wheelset->creep.law)) {
-        COLUMNS(flange, contact.shape[0], &creep.shape[0], &creep.shape[1]);
-        COLUMNS(flange, contact.shape[2], &creep.shape[2], &creep.shape[3]);
+        FOUR_COLUMNS(flange, contact.shape[0], &creep.shape[0], &creep.shape[1], &creep.shape[2],
+                     &creep.shape[3]);
         COLUMNS(flange, contact.shape[4], &creep.shape[4], &creep.shape[5]);
     }
     kl_axle_creep(wheelset, &creep, 0, forces, f);

@@ -57,17 +57,21 @@ static void find_cells(const struct kl_pair *restrict pair, kl_both *w, struct k
     kl_lane_columns(&(cells)->below[KL_RIGHT]->field, &(cells)->below[KL_LEFT]->field, ROW_REALS,  \
                     (cells)->t[KL_RIGHT], (cells)->t[KL_LEFT], first, second)
 
+#define FOUR_COLUMNS(cells, field, first, second, third, fourth)                                   \
+    kl_lane_four_columns(&(cells)->below[KL_RIGHT]->field, &(cells)->below[KL_LEFT]->field,        \
+                         ROW_REALS, (cells)->t[KL_RIGHT], (cells)->t[KL_LEFT], first, second,      \
+                         third, fourth)
+
 static void read_tables(const struct kl_pair *restrict pair, kl_both *w, struct kl_axle *axle) {
     struct kl_ride *ride = &axle->ride;
     const struct kl_cells *cells = &axle->cells;
     struct kl_coefficients *creep = &axle->creep;
     find_cells(pair, w, axle);
     COLUMNS(cells, arm_m, &axle->arm, &axle->radius);
-    COLUMNS(cells, f11_1, &creep->f11, &creep->f22);
-    COLUMNS(cells, f23_1, &creep->f23, &creep->f33);
+    FOUR_COLUMNS(cells, f11_1, &creep->f11, &creep->f22, &creep->f23, &creep->f33);
     if (pair->n_shapes != 0) {
-        COLUMNS(cells, shape[0], &creep->shape[0], &creep->shape[1]);
-        COLUMNS(cells, shape[2], &creep->shape[2], &creep->shape[3]);
+        FOUR_COLUMNS(cells, shape[0], &creep->shape[0], &creep->shape[1], &creep->shape[2],
+                     &creep->shape[3]);
         COLUMNS(cells, shape[4], &creep->shape[4], &creep->shape[5]);
     }
     KL_EACH_LANE(g) {

@@ -11,6 +11,10 @@
  *   kl_lane        what one pass works on: both sides, or one
  *   KL_LANE(x, g)  the part of a kl_both x that belongs to pass g; can be assigned to
  *   KL_OTHER(x, g) the same of the opposite side; not while x is being written
+ *
+ * Rows of four reals go the same way, at once where registers hold four:
+ *   KL_EACH_WIDE(h) a loop over the passes that four reals need: one, two or four
+ *   kl_wide         what one pass works on
  */
 #ifndef KL_LANES_H
 #define KL_LANES_H
@@ -37,8 +41,10 @@ typedef uint64_t kl_real_bits;
  * must be told below -O3. */
 #if defined(__GNUC__) && !defined(__clang__)
 #define KL_UNROLL _Pragma("GCC unroll 2")
+#define KL_UNROLL_WIDE _Pragma("GCC unroll 4")
 #else
 #define KL_UNROLL
+#define KL_UNROLL_WIDE
 #endif
 #define KL_EACH_LANE(g) KL_UNROLL for (int g = 0; g < KL_SIDES / KL_LANES; g++)
 /* A loop all the same, for long passes that few vehicles or steps go through. */
@@ -164,6 +170,67 @@ static inline kl_lane kl_lane_min(kl_lane a, kl_lane b) {
 
 #endif
 
+#if KL_LANES == 2 && (defined(__AVX__) || defined(KL_REAL_FLOAT))
+#define KL_WIDE 4
+typedef kl_real kl_wide __attribute__((vector_size(4 * sizeof(kl_real))));
+
+/* Part h of four neighbours in memory, on no particular border. */
+static inline kl_wide kl_wide_load(const kl_real *from, int h) {
+    (void)h;
+    kl_wide x;
+    __builtin_memcpy(&x, from, sizeof x);
+    return x;
+}
+static inline void kl_wide_store(kl_real *to, int h, kl_wide x) {
+    (void)h;
+    __builtin_memcpy(to, &x, sizeof x);
+}
+#if defined(__AVX__) && !defined(KL_REAL_FLOAT)
+#include <immintrin.h>
+/* Part h of a pair twice; the pair stands at an even place. */
+static inline kl_wide kl_wide_twice(const kl_real *pair, int h) {
+    (void)h;
+    return _mm256_broadcast_pd((const __m128d *)(const void *)pair);
+}
+/* (a0, b0), (a1, b1), (a2, b2), (a3, b3). */
+static inline void kl_wide_mix(kl_wide a, kl_wide b, kl_lane mixed[4]) {
+    const kl_wide even = _mm256_unpacklo_pd(a, b);
+    const kl_wide odd = _mm256_unpackhi_pd(a, b);
+    mixed[0] = _mm256_castpd256_pd128(even);
+    mixed[1] = _mm256_castpd256_pd128(odd);
+    mixed[2] = _mm256_extractf128_pd(even, 1);
+    mixed[3] = _mm256_extractf128_pd(odd, 1);
+}
+#else
+static inline kl_wide kl_wide_twice(const kl_real *pair, int h) {
+    (void)h;
+    const kl_lane x = kl_lane_load_even(pair, 0);
+    const kl_wide twice = {x[0], x[1], x[0], x[1]};
+    return twice;
+}
+static inline void kl_wide_mix(kl_wide a, kl_wide b, kl_lane mixed[4]) {
+    for (int i = 0; i < 4; i++) {
+        mixed[i] = (kl_lane){a[i], b[i]};
+    }
+}
+#endif
+
+#else
+#define KL_WIDE KL_LANES
+typedef kl_lane kl_wide;
+
+static inline kl_wide kl_wide_load(const kl_real *from, int h) {
+    return kl_lane_load(&from[KL_WIDE * h], 0);
+}
+static inline void kl_wide_store(kl_real *to, int h, kl_wide x) {
+    kl_lane_store(&to[KL_WIDE * h], 0, x);
+}
+static inline kl_wide kl_wide_twice(const kl_real *pair, int h) {
+    return kl_lane_load_even(pair, h % (KL_SIDES / KL_LANES));
+}
+#endif
+#define KL_EACH_WIDE(h) KL_UNROLL_WIDE for (int h = 0; h < 4 / KL_WIDE; h++)
+
 /*
  * Two neighbouring columns of a row pair of either side, linear in between: from a (right and left)
  * to the rows that lie `stride` reals on, at t_r and t_l. They come out as values of both sides.
@@ -184,6 +251,27 @@ static inline void kl_lane_columns(const kl_real *right, const kl_real *left, si
     (*second)[KL_RIGHT] = right[1] + t_r * (right[stride + 1u] - right[1]);
     (*first)[KL_LEFT] = left[0] + t_l * (left[stride] - left[0]);
     (*second)[KL_LEFT] = left[1] + t_l * (left[stride + 1u] - left[1]);
+#endif
+}
+
+/* The same for four neighbouring columns. */
+static inline void kl_lane_four_columns(const kl_real *right, const kl_real *left, size_t stride,
+                                        kl_real t_r, kl_real t_l, kl_both *first, kl_both *second,
+                                        kl_both *third, kl_both *fourth) {
+#if KL_WIDE == 4
+    const kl_wide r = kl_wide_load(right, 0);
+    const kl_wide l = kl_wide_load(left, 0);
+    const kl_wide at_right = r + t_r * (kl_wide_load(right + stride, 0) - r);
+    const kl_wide at_left = l + t_l * (kl_wide_load(left + stride, 0) - l);
+    kl_lane mixed[4];
+    kl_wide_mix(at_right, at_left, mixed);
+    *first = mixed[0];
+    *second = mixed[1];
+    *third = mixed[2];
+    *fourth = mixed[3];
+#else
+    kl_lane_columns(right, left, stride, t_r, t_l, first, second);
+    kl_lane_columns(right + 2, left + 2, stride, t_r, t_l, third, fourth);
 #endif
 }
 

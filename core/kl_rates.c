@@ -191,39 +191,32 @@ static void place_wheelsets(const struct kl_model *model, const struct kl_origin
     }
 }
 
-/* What one column adds to two rows: elastic and viscous. */
-static inline void add_entry(const struct kl_spring *spring, kl_both *q, kl_both *first,
-                             kl_both *second) {
-    KL_EACH_LANE(g) {
-        KL_LANE(*first, g) += kl_lane_load_even(&spring[0].k, g) * KL_LANE(*q, g);
-        KL_LANE(*second, g) += kl_lane_load_even(&spring[1].k, g) * KL_LANE(*q, g);
+/* What one coordinate and its rate add to two rows. */
+static inline void add_entry(const struct kl_spring *spring, const kl_real *q, kl_wide *sum) {
+    KL_EACH_WIDE(h) {
+        sum[h] += kl_wide_load(&spring->k, h) * kl_wide_twice(q, h);
     }
 }
 
-/* Two rows at a time: every column is read once for both. */
+/* Two rows at a time: every coordinate is read once for both. */
 static void suspension_forces(const struct kl_suspension *restrict suspension,
-                              kl_both *restrict motion, kl_real *restrict force) {
+                              const kl_real *restrict motion, kl_real *restrict force) {
     const struct kl_spring *spring = suspension->spring;
-    const uint16_t *column = suspension->column;
+    const uint16_t *place = suspension->place;
     const uint16_t *twins = suspension->twins;
     const uint16_t *end = twins + 3u * kl_count_twins(suspension);
     for (; twins != end; twins += 3) {
-        kl_both first = {KL_R(0), KL_R(0)};
-        kl_both second = {KL_R(0), KL_R(0)};
-        const uint32_t n = twins[2];
-        if ((n & 1u) != 0) {
-            add_entry(spring, &motion[*column], &first, &second);
-            spring += 2;
-            column++;
+        kl_wide sum[4 / KL_WIDE] = {0};
+        kl_real of[4];
+        for (const uint16_t *last = place + twins[2]; place < last; place += 2, spring += 4) {
+            add_entry(spring, &motion[place[0]], sum); /* one after the other */
+            add_entry(spring + 2, &motion[place[1]], sum);
         }
-        for (uint32_t two = n >> 1; two != 0; two--) { /* one after the other */
-            add_entry(spring, &motion[column[0]], &first, &second);
-            add_entry(spring + 2, &motion[column[1]], &first, &second);
-            spring += 4;
-            column += 2;
+        KL_EACH_WIDE(h) {
+            kl_wide_store(of, h, sum[h]);
         }
-        force[twins[0]] = -KL_SUM(first);
-        force[twins[1]] = -KL_SUM(second);
+        force[twins[0]] = -(of[0] + of[1]);
+        force[twins[1]] = -(of[2] + of[3]);
     }
 }
 
@@ -311,7 +304,7 @@ void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
         kl_twists_carry(model, from, e);
     }
     rub_wheelsets(model, stage, input, e);
-    suspension_forces(&model->suspension, e->motion, e->force);
+    suspension_forces(&model->suspension, (const kl_real *)e->motion, e->force);
     const struct kl_slip_origin slips = slips_of(model, from);
     kl_struts_act(&model->struts, &slips, e->motion, input, e->force, &e->slipped);
     load_wheelsets(model, e);
@@ -323,17 +316,17 @@ void kl_evaluate(const struct kl_model *model, const struct kl_origin *from,
 }
 
 /* Twice what is in the linear springs. */
-static kl_real elastic_energy(const struct kl_suspension *suspension, kl_both *motion) {
+static kl_real elastic_energy(const struct kl_suspension *suspension, const kl_real *motion) {
     const struct kl_spring *spring = suspension->spring;
-    const uint16_t *column = suspension->column;
+    const uint16_t *place = suspension->place;
     const uint16_t *twins = suspension->twins;
     kl_real twice = KL_R(0);
     for (uint32_t t = kl_count_twins(suspension); t != 0; t--, twins += 3) {
-        const kl_real first = motion[twins[0]][COORDINATE];
+        const kl_real first = motion[KL_PLACE(twins[0])];
         const int alone = twins[1] == suspension->n_coordinates;
-        const kl_real second = alone ? KL_R(0) : motion[twins[1]][COORDINATE];
-        for (uint32_t n = twins[2]; n != 0; n--, spring += 2, column++) {
-            twice += (first * spring[0].k + second * spring[1].k) * motion[*column][COORDINATE];
+        const kl_real second = alone ? KL_R(0) : motion[KL_PLACE(twins[1])];
+        for (uint32_t n = twins[2]; n != 0; n--, spring += 2, place++) {
+            twice += (first * spring[0].k + second * spring[1].k) * motion[*place];
         }
     }
     return twice;
@@ -346,7 +339,7 @@ kl_real kl_energy(const struct kl_model *model, const struct kl_state *state,
     const struct kl_origin here = {state->x, state->rate, state->lift, KL_R(0)};
     kl_input_init(&e->kept);
     kl_evaluate(model, &here, &stage, &e->kept, e);
-    kl_real twice = elastic_energy(&model->suspension, e->motion) +
+    kl_real twice = elastic_energy(&model->suspension, (const kl_real *)e->motion) +
                     kl_struts_energy(&model->struts, slips_of(model, &here).u, e->motion);
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body *body = &model->bodies[b];

@@ -192,6 +192,7 @@ static uint32_t pair_rows(const struct columns *c, unsigned char *done, uint16_t
             const int second = twins[1] < c->n_rows && has_column(c, twins[1], j);
             twins[2] = (uint16_t)(twins[2] + (has_column(c, first, j) || second ? 1 : 0));
         }
+        twins[2] = (uint16_t)(twins[2] + twins[2] % 2u);
         done[first] = 1;
         if (twins[1] < c->n_rows) {
             done[twins[1]] = 1;
@@ -203,7 +204,7 @@ static uint32_t pair_rows(const struct columns *c, unsigned char *done, uint16_t
 
 struct rows {
     uint16_t *twins;
-    uint16_t *column;
+    uint16_t *place;
     struct kl_spring *spring;
 };
 
@@ -222,18 +223,30 @@ static int is_entry(const struct kl_vehicle_def *def, const struct kl_dense *m,
            (twins[1] < m->n && keep_entry(def, m, twins[1], column));
 }
 
+static void store_entry(const struct kl_vehicle_def *def, const struct kl_dense *m,
+                        const struct rows *rows, const uint16_t *twins, uint32_t entry,
+                        uint32_t column) {
+    rows->place[entry] = (uint16_t)KL_PLACE(column);
+    rows->spring[2u * entry] = spring_at(def, m, twins[0], column);
+    rows->spring[2u * entry + 1u] = spring_at(def, m, twins[1], column);
+}
+
 static void store_sparse(const struct kl_vehicle_def *def, const struct kl_dense *m,
                          const struct rows *rows) {
     uint32_t next = 0;
     const uint16_t *twins = rows->twins;
     for (uint32_t t = 0; t < (m->n + 1u) / 2u; t++, twins += 3) {
+        const uint32_t first = next;
         for (uint32_t j = 0; j < m->n; j++) {
             if (is_entry(def, m, twins, j)) {
-                rows->column[next] = (uint16_t)j;
-                rows->spring[2u * next] = spring_at(def, m, twins[0], j);
-                rows->spring[2u * next + 1u] = spring_at(def, m, twins[1], j);
+                store_entry(def, m, rows, twins, next, j);
                 next++;
             }
+        }
+        if (next - first < twins[2]) {
+            const uint16_t no_rows[2] = {(uint16_t)m->n, (uint16_t)m->n};
+            store_entry(def, m, rows, no_rows, next, 0);
+            next++;
         }
     }
 }
@@ -362,9 +375,9 @@ static enum kl_status make_rows(const struct kl_assembly *as, struct kl_arena *a
     if (status != KL_OK) {
         return status;
     }
-    rows->column = kl_arena_take(arena, *entries, sizeof *rows->column);
+    rows->place = kl_arena_take(arena, *entries, sizeof *rows->place);
     rows->spring = kl_arena_take(arena, 2u * (size_t)*entries, sizeof *rows->spring);
-    if (rows->column == NULL || rows->spring == NULL) {
+    if (rows->place == NULL || rows->spring == NULL) {
         return kl_report(diag, KL_ERR_MEMORY, "suspension", -1, (double)arena->wanted);
     }
     const size_t mark = arena->used;
@@ -406,7 +419,7 @@ enum kl_status kl_suspension_build(const struct kl_vehicle_def *def, const doubl
     suspension->n_coordinates = KL_COORDINATES(def->n_bodies, def->n_wheelsets);
     suspension->n_entries = entries;
     suspension->twins = rows.twins;
-    suspension->column = rows.column;
+    suspension->place = rows.place;
     suspension->spring = rows.spring;
     return KL_OK;
 }

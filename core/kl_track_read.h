@@ -30,29 +30,26 @@ static inline void kl_irregularity_read(const struct kl_track *restrict track, k
     const kl_real kept = kl_clamp(place, KL_R(0), (kl_real)(last + 1u));
     const uint32_t at = (uint32_t)kept;
     const uint32_t i = at < last ? at : last;
-    const kl_lane t = kl_lane_all(kept - (kl_real)i);
-    const kl_lane inside =
-        kl_lane_if_0(kl_lane_all(kept - place), kl_lane_all(KL_R(1)), kl_lane_all(KL_R(0)));
-    const kl_lane by = inside * track->inv_step_1_m;
-    const kl_lane by2 = by * track->inv_step_1_m;
+    const kl_real t = kept - (kl_real)i;
+    const kl_real inside = kl_lane_first(
+        kl_lane_if_0(kl_lane_all(kept - place), kl_lane_all(KL_R(1)), kl_lane_all(KL_R(0))));
+    const kl_real by = inside * track->inv_step_1_m;
+    const kl_real by2 = by * track->inv_step_1_m;
     /* a row is four kl_real, channels beside each other */
-    for (int c = 0; c < 4; c += 2) {
-        const kl_real *row = &track->irregularity[i].lateral_m + c;
-        KL_EACH_LANE(g) {
-            const kl_lane p0 = kl_lane_load(row, g);
-            const kl_lane p1 = kl_lane_load(row + 4, g);
-            const kl_lane p2 = kl_lane_load(row + 8, g);
-            const kl_lane p3 = kl_lane_load(row + 12, g);
-            const kl_lane c1 = KL_R(0.5) * (p2 - p0);
-            const kl_lane c2 = (p0 + p2) - (p1 + p1);           /* twice the coefficient of t^2 */
-            const kl_lane c3 = (p3 - p0) + KL_R(3) * (p1 - p2); /* six times that of t^3 */
-            const kl_lane half_c3 = KL_R(0.5) * c3;
-            const kl_lane value = (p1 + KL_R(1.0 / 6.0) * c2) +
-                                  t * (c1 + t * (KL_R(0.5) * c2 + t * (KL_R(1.0 / 6.0) * c3)));
-            kl_lane_store(&point->value.lateral_m + c, g, inside * value);
-            kl_lane_store(&point->slope.lateral_m + c, g, by * (c1 + t * (c2 + t * half_c3)));
-            kl_lane_store(&point->second.lateral_m + c, g, by2 * (c2 + t * c3));
-        }
+    const kl_real *row = &track->irregularity[i].lateral_m;
+    KL_EACH_WIDE(h) {
+        const kl_wide p0 = kl_wide_load(row, h);
+        const kl_wide p1 = kl_wide_load(row + 4, h);
+        const kl_wide p2 = kl_wide_load(row + 8, h);
+        const kl_wide p3 = kl_wide_load(row + 12, h);
+        const kl_wide c1 = KL_R(0.5) * (p2 - p0);
+        const kl_wide c2 = (p0 + p2) - (p1 + p1);           /* twice the coefficient of t^2 */
+        const kl_wide c3 = (p3 - p0) + KL_R(3) * (p1 - p2); /* six times that of t^3 */
+        const kl_wide value = (p1 + KL_R(1.0 / 6.0) * c2) +
+                              t * (c1 + t * (KL_R(0.5) * c2 + t * (KL_R(1.0 / 6.0) * c3)));
+        kl_wide_store(&point->value.lateral_m, h, inside * value);
+        kl_wide_store(&point->slope.lateral_m, h, by * (c1 + t * (c2 + t * (KL_R(0.5) * c3))));
+        kl_wide_store(&point->second.lateral_m, h, by2 * (c2 + t * c3));
     }
 }
 

@@ -457,7 +457,7 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     const struct kl_suspension *s = &m->suspension;
     h = hash_u32(hash_u32(h, s->n_coordinates), s->n_entries);
     h = kl_hash_bytes(h, s->twins, 3u * kl_count_twins(s) * sizeof(uint16_t));
-    h = kl_hash_bytes(h, s->column, s->n_entries * sizeof(uint16_t));
+    h = kl_hash_bytes(h, s->place, s->n_entries * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->spring, 2u * s->n_entries * sizeof(struct kl_spring));
     h = hash_struts(h, &m->struts);
     h = hash_u32(hash_u32(h, m->track.n_pieces), m->track.n_bins);
@@ -512,7 +512,7 @@ static int has_sound_struts(const struct kl_model *m) {
 /* What the hash itself and the step rely on without asking. */
 static int has_sound_tables(const struct kl_model *m) {
     if (m->wheelsets == NULL || m->pairs == NULL || (m->n_bodies != 0 && m->bodies == NULL) ||
-        m->suspension.twins == NULL || m->suspension.column == NULL ||
+        m->suspension.twins == NULL || m->suspension.place == NULL ||
         m->suspension.spring == NULL || m->track.piece == NULL || m->track.bin == NULL) {
         return 0;
     }

@@ -231,7 +231,8 @@ struct kl_wheelset {
  * The suspension as sparse rows: force on coordinate i = - sum (k q[column] + c q'[column]).
  * Coordinates: five per body (kl_freedom), then four per wheelset (y, z, roll, yaw). Rows come two
  * and two, such that share as many columns as can be: an entry is a column and what either row has
- * there, which may be nothing.
+ * there, which may be nothing. Entries come two and two as well: an odd number of them is followed by
+ * one of nothing at all.
  */
 #define KL_COORDINATES(bodies, wheelsets) (KL_FREEDOMS * (bodies) + 4u * (wheelsets))
 #define KL_MAX_COORDINATES KL_COORDINATES(KL_MAX_BODIES, KL_MAX_WHEELSETS)
@@ -239,12 +240,14 @@ struct kl_spring {
     KL_ALIGN(2 * sizeof(kl_real)) kl_real k;
     kl_real c;
 };
+/* Where a coordinate is among q0, q0', q1, q1', ... */
+#define KL_PLACE(coordinate) (2u * (coordinate))
 struct kl_suspension {
     uint32_t n_coordinates;
     uint32_t n_entries;
     const uint16_t *twins; /* three each: the two rows, of which the second may be n_coordinates for
                               none, and how many entries they have */
-    const uint16_t *column;         /* n_entries */
+    const uint16_t *place; /* n_entries: KL_PLACE of the column */
     const struct kl_spring *spring; /* two each */
 };
 static inline uint32_t kl_count_twins(const struct kl_suspension *s) {

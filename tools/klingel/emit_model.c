@@ -222,11 +222,11 @@ static void suspension(FILE *f, const struct kl_model *m, const char *name) {
     const struct kl_suspension *s = &m->suspension;
     words(f, name, "twins", s->twins, 3 * kl_count_twins(s));
     if (s->n_entries == 0) { /* arrays all the same: kl_model_check wants no NULL */
-        fprintf(f, "static const uint16_t %s_column[] = {0};\n", name);
+        fprintf(f, "static const uint16_t %s_place[] = {0};\n", name);
         fprintf(f, "static const struct kl_spring %s_spring[] = {{0, 0}};\n\n", name);
         return;
     }
-    words(f, name, "column", s->column, s->n_entries);
+    words(f, name, "place", s->place, s->n_entries);
     fprintf(f, "static const struct kl_spring %s_spring[] = {\n", name);
     for (uint32_t i = 0; i < 2 * s->n_entries; i++) {
         fputs("    {", f);
@@ -357,7 +357,7 @@ static void suspension_fields(FILE *f, const struct kl_suspension *s, const char
     fprintf(f,
             "    .suspension = {.n_coordinates = %" PRIu32 ", .n_entries = %" PRIu32
             ", .twins = %s_twins,\n"
-            "                   .column = %s_column, .spring = %s_spring},\n",
+            "                   .place = %s_place, .spring = %s_spring},\n",
             s->n_coordinates, s->n_entries, name, name, name);
 }
 

@@ -33,7 +33,7 @@ static void join_suspension(struct jacobian_plan *plan, const struct kl_model *m
                 const struct kl_spring *spring = &s->spring[2 * entry + row];
                 if (spring->k != (kl_real)0 || spring->c != (kl_real)0) {
                     join(plan, part_of_coordinate(model, twins[row]),
-                         part_of_coordinate(model, s->column[entry]));
+                         part_of_coordinate(model, s->place[entry] / KL_PLACE(1u)));
                 }
             }
         }
