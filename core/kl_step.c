@@ -296,6 +296,11 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
     const kl_real h = model->step_s;
     kl_real *x = state->x;
     kl_real *rate = state->rate;
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const struct kl_wheelset *wheelset = &model->wheelsets[w];
+        kl_axle_keep(&model->pairs[wheelset->pair], wheelset, &e->axle[w], &e->forces[w], h,
+                     &state->lift[w]);
+    }
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const struct kl_body_motion *m = &e->body[b];
         const uint32_t freedoms = model->bodies[b].freedoms;
@@ -315,9 +320,6 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
     }
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         finish_wheelset(model, e, w, x, rate);
-        const struct kl_wheelset *wheelset = &model->wheelsets[w];
-        kl_axle_keep(&model->pairs[wheelset->pair], wheelset, &e->axle[w], &e->forces[w], h,
-                     &state->lift[w]);
         x += KL_WHEELSET_STATES;
         rate += KL_WHEELSET_STATES;
     }
