@@ -90,13 +90,6 @@ static void load_creep(const struct kl_axle *restrict axle,
     forces->load.roll += KL_SUM(roll);
 }
 
-/* What a newton on a tread does together with what it takes off the flange. */
-struct bearings {
-    kl_both aside;
-    kl_both lift;
-    kl_both roll;
-};
-
 /*
  * What the flange bears without the tread, as a load: with both the rail is pressed aside by k q + c
  * q' and what presses it at rest. A newton on the tread then relieves the flange of what it presses
@@ -106,8 +99,8 @@ struct bearings {
 static void share_with_flange(const struct kl_wheelset *restrict wheelset,
                               const struct kl_pair *restrict pair,
                               const struct kl_axle *restrict axle,
-                              struct kl_axle_forces *restrict forces,
-                              struct bearings *restrict together) {
+                              struct kl_axle_forces *restrict forces) {
+    struct kl_bearings *together = &forces->together;
     const struct kl_flange *f = &axle->flange;
     struct kl_contacts *contacts = &forces->contacts;
     const kl_real rest = KL_R(0.5) * wheelset->static_load_N;
@@ -155,8 +148,9 @@ static void share_with_flange(const struct kl_wheelset *restrict wheelset,
  * hold the inertia of y'', and y'' what N does along the path.
  */
 static void prepare_normals(const struct kl_wheelset *restrict wheelset,
-                            const struct kl_axle *restrict axle, const struct bearings *tread,
+                            const struct kl_axle *restrict axle,
                             struct kl_axle_forces *restrict forces) {
+    const struct kl_bearings *tread = &forces->together;
     struct kl_contacts *contacts = &forces->contacts;
     const kl_real z_part = (wheelset->mass_kg * axle->z_y) * forces->inv_mass_1_kg;
     const kl_real roll_part = (wheelset->inertia_roll_kgm2 * axle->phi_y) * forces->inv_mass_1_kg;
@@ -191,7 +185,6 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
                      const kl_real suspension[restrict 4], struct kl_axle_forces *restrict forces) {
     const struct kl_track_point *track = &axle->track;
     struct kl_load *load = &forces->load;
-    struct bearings tread;
     const kl_real m = wheelset->mass_kg;
     const kl_real i_x = wheelset->inertia_roll_kgm2;
     const kl_real v = forces->speed_m_s;
@@ -209,12 +202,19 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
     if (!kl_axle_is_limited(wheelset)) {
         load_creep(axle, forces);
     }
-    share_with_flange(wheelset, pair, axle, forces, &tread);
+    share_with_flange(wheelset, pair, axle, forces);
+}
+
+void kl_axle_weigh(const struct kl_wheelset *restrict wheelset, const struct kl_pair *restrict pair,
+                   const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
+    struct kl_load *load = &forces->load;
+    const kl_real m = wheelset->mass_kg;
+    const kl_real i_x = wheelset->inertia_roll_kgm2;
     kl_axle_lift_prepare(wheelset, pair, axle, forces);
     load->free_y = load->lateral + (axle->z_y * load->down + axle->phi_y * load->roll);
     forces->inv_mass_1_kg =
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
-    prepare_normals(wheelset, axle, &tread, forces);
+    prepare_normals(wheelset, axle, forces);
     kl_axle_lift_weights(forces);
 }
 

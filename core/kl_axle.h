@@ -80,7 +80,7 @@ struct kl_flange {
 struct kl_ride {
     kl_both outboard; /* of the tread over the rail at rest */
     kl_both outboard_rate;
-    kl_both slope;         /* dH/dw */
+    kl_both slope; /* dH/dw */
     kl_both second;
     kl_both within; /* 1 before the path's end, else 0 */
     kl_both after;  /* how far beyond it the rail as it goes by itself would leave it, m */
@@ -152,6 +152,13 @@ struct kl_contacts {
     kl_both flange_all; /* the flange's N without the tread */
 };
 
+/* What a newton on a tread does together with what it takes off the flange. */
+struct kl_bearings {
+    kl_both aside;
+    kl_both lift;
+    kl_both roll;
+};
+
 /* What acts on the axle besides the contact, the inertia that is known already taken off. */
 struct kl_load {
     kl_real lateral;
@@ -205,6 +212,7 @@ struct kl_axle_forces {
     kl_both slope; /* of the initial creep forces over Kalker's */
     const struct kl_creep_table *table;
     struct kl_load load;
+    struct kl_bearings together;
     struct kl_contacts contacts;
     struct kl_lifting lifting;
     struct kl_contact_forces tread;
@@ -266,10 +274,10 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
                   kl_real h, struct kl_lift *restrict lift);
 
 /*
- * Contact forces and accelerations from the suspension's y, z, roll and yaw, in four parts: creep per
- * newton of the normal forces; what else is known before these; the normal forces, a long chain of
- * operations that wait for each other; and what follows from them. Each part is done for all axles
- * before the next, so that the chains of several axles overlap.
+ * Contact forces and accelerations from the suspension's y, z, roll and yaw, in five parts: creep per
+ * newton of the normal forces; the loads, with what a flange bears; how the normal forces follow
+ * from them; these; and what follows from them. Each part is a chain of operations that wait for each
+ * other, and is done for all axles before the next, so that the chains of several axles overlap.
  */
 void kl_axle_find_creep(const struct kl_wheelset *restrict wheelset,
                         const struct kl_axle *restrict axle,
@@ -277,6 +285,8 @@ void kl_axle_find_creep(const struct kl_wheelset *restrict wheelset,
 void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
                      const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
                      const kl_real suspension[restrict 4], struct kl_axle_forces *restrict forces);
+void kl_axle_weigh(const struct kl_wheelset *restrict wheelset, const struct kl_pair *restrict pair,
+                   const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
 void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
                      const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
 void kl_axle_accelerate(const struct kl_wheelset *restrict wheelset, struct kl_axle *restrict axle,

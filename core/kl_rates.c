@@ -278,6 +278,10 @@ static void load_wheelsets(const struct kl_model *model, struct kl_evaluation *e
         kl_axle_prepare(wheelset, &model->pairs[wheelset->pair], &e->axle[w], acting,
                         &e->forces[w]);
     }
+    for (uint32_t w = 0; w < model->n_wheelsets; w++) {
+        const struct kl_wheelset *wheelset = &model->wheelsets[w];
+        kl_axle_weigh(wheelset, &model->pairs[wheelset->pair], &e->axle[w], &e->forces[w]);
+    }
 }
 
 static void move_wheelsets(const struct kl_model *model, struct kl_evaluation *e) {

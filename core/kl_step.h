@@ -173,7 +173,7 @@ struct kl_output {
  * threads need two.
  */
 #define KL_WORK_REALS                                                                              \
-    (32u + 40u * KL_MAX_BODIES + 352u * KL_MAX_WHEELSETS + 2u * KL_MAX_SLIPS + KL_MAX_ACTUATORS)
+    (32u + 40u * KL_MAX_BODIES + 356u * KL_MAX_WHEELSETS + 2u * KL_MAX_SLIPS + KL_MAX_ACTUATORS)
 struct kl_work {
     KL_ALIGN(16) kl_real room[KL_WORK_REALS];
 };
