@@ -40,11 +40,14 @@ static double curvature_ratio(double k) {
     return (e.k - e.d) / (k * k * e.d);
 }
 
-struct kl_ellipse kl_hertz(double a_1_m, double b_1_m, double shear_modulus_Pa, double poisson) {
-    const int along_is_major = b_1_m >= a_1_m;
-    double small = along_is_major ? a_1_m : b_1_m;
-    const double large = along_is_major ? b_1_m : a_1_m;
-    double low = KL_HERTZ_MIN_RATIO;
+/* An ellipse without regard to which way it lies. */
+struct patch {
+    double major; /* semi-axis at 1 N */
+    double ratio; /* minor over major */
+};
+
+static struct patch patch_of(double small, double large, double lowest_ratio, double effective_Pa) {
+    double low = lowest_ratio;
     double high = 1.0;
     const double limit = large / curvature_ratio(low);
     small = small < limit ? limit : small;
@@ -57,16 +60,35 @@ struct kl_ellipse kl_hertz(double a_1_m, double b_1_m, double shear_modulus_Pa, 
         }
     }
     const double k = 0.5 * (low + high);
-    const struct elliptic e = elliptic(k);
-    /* Johnson, Contact Mechanics, (4.26): major^3 = 3 N D / (2 pi E* small), E* = G/(1 - nu) at N =
-     * 1 */
-    const double effective_Pa = shear_modulus_Pa / (1.0 - poisson);
-    const double cube = 3.0 * e.d / (2.0 * KL_PI * effective_Pa * small);
+    /* Johnson, Contact Mechanics, (4.26): major^3 = 3 N D / (2 pi E* small) at N = 1 */
+    const double cube = 3.0 * elliptic(k).d / (2.0 * KL_PI * effective_Pa * small);
     const double major =
         cube * (double)kl_inverse_cbrt(KL_R(cube)) * (double)kl_inverse_cbrt(KL_R(cube));
-    const struct kl_ellipse ellipse = {along_is_major ? major : k * major,
-                                       along_is_major ? k * major : major};
+    const struct patch patch = {major, k};
+    return patch;
+}
+
+/* E* = G/(1 - nu) */
+static double effective_modulus(double shear_modulus_Pa, double poisson) {
+    return shear_modulus_Pa / (1.0 - poisson);
+}
+
+struct kl_ellipse kl_hertz(double a_1_m, double b_1_m, double shear_modulus_Pa, double poisson) {
+    const int along_is_major = b_1_m >= a_1_m;
+    const struct patch p =
+        patch_of(along_is_major ? a_1_m : b_1_m, along_is_major ? b_1_m : a_1_m, KL_HERTZ_MIN_RATIO,
+                 effective_modulus(shear_modulus_Pa, poisson));
+    const struct kl_ellipse ellipse = {along_is_major ? p.major : p.ratio * p.major,
+                                       along_is_major ? p.ratio * p.major : p.major};
     return ellipse;
+}
+
+double kl_hertz_approach(double a_1_m, double b_1_m, double shear_modulus_Pa, double poisson) {
+    const double effective_Pa = effective_modulus(shear_modulus_Pa, poisson);
+    const struct patch p = patch_of(b_1_m >= a_1_m ? a_1_m : b_1_m, b_1_m >= a_1_m ? b_1_m : a_1_m,
+                                    KL_HERTZ_APPROACH_RATIO, effective_Pa);
+    /* p0 minor K / E* with p0 = 3 N / (2 pi major minor) */
+    return 3.0 * elliptic(p.ratio).k / (2.0 * KL_PI * effective_Pa * p.major);
 }
 
 /* Kalker 1990, table E.3: a/b = 0.1 .. 1, then b/a = 0.9 .. 0.1; C11, C22, C23 at nu = 0, 1/4, 1/2;

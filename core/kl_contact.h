@@ -80,6 +80,14 @@ struct kl_creep_force {
 struct kl_ellipse kl_hertz(double a_1_m, double b_1_m, double shear_modulus_Pa, double poisson);
 
 /*
+ * How far the two bodies approach each other along the normal at 1 N, m; it grows with N^(2/3). As
+ * kl_hertz, but for ratios of the axes down to KL_HERTZ_APPROACH_RATIO. Source: Johnson, Contact
+ * Mechanics, (4.26c).
+ */
+#define KL_HERTZ_APPROACH_RATIO 1e-4
+double kl_hertz_approach(double a_1_m, double b_1_m, double shear_modulus_Pa, double poisson);
+
+/*
  * Kalker's creep coefficients at a/b (limited to 0.1..10) and nu (limited to 0..0.5), linear
  * between the table's ratios (in the smaller-over-larger axis) and quadratic in nu. Source: Kalker
  * 1990, table E.3; C33 is tabulated at nu = 0.25 only.

@@ -319,19 +319,109 @@ static enum kl_status solve_from_centre(const struct kl_tangency *t, double u_y_
     return status;
 }
 
-enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, double u_y_m,
-                             struct kl_posture *posture, struct kl_diag *diag) {
-    if (def == NULL || scratch == NULL || posture == NULL || !(kl_abs(u_y_m) <= 0.1)) {
-        return kl_report(diag, KL_ERR_ARGUMENT, "kl_pair_solve: NULL or u_y not within 0.1 m", -1,
-                         u_y_m);
+/* The posture that a touch is. */
+static void read_touch(const struct kl_tangency *t, const struct kl_row_kind *kind,
+                       const struct kl_touch *touch, struct kl_posture *p) {
+    const double l_r = t->side[KL_RIGHT].half_base_m;
+    const double l_l = t->side[KL_LEFT].half_base_m;
+    kl_row_fill(t, kind, KL_RIGHT, p->u_y_m, touch, &p->row[KL_RIGHT]);
+    kl_row_fill(t, kind, KL_LEFT, -p->u_y_m, touch, &p->row[KL_LEFT]);
+    p->phi_rad = touch->phi_rad;
+    p->phi_y_rad_m = touch->phi_y_rad_m;
+    p->u_z_m = (l_l * touch->height_m[KL_RIGHT] + l_r * touch->height_m[KL_LEFT]) / (l_r + l_l);
+    p->z_y = (l_l * touch->height_w[KL_RIGHT] - l_r * touch->height_w[KL_LEFT]) / (l_r + l_l);
+}
+
+/* Hertz's approach under a wheel's vertical load. */
+static double approach_of(const struct kl_row *row, const struct kl_material *material,
+                          double wheel_load_N) {
+    if (!(wheel_load_N > 0.0)) {
+        return 0.0;
     }
-    const struct kl_posture blank = {0};
+    const double along = 0.5 * kl_cos((double)row->delta_wheel_rad) / (double)row->radius_m;
+    const double across = 0.5 * (double)(row->curv_rail_1_m - row->curv_wheel_1_m);
+    const double normal_N = wheel_load_N / (double)row->cos_delta;
+    return kl_hertz_approach(along, across > 1e-6 ? across : 1e-6, material->shear_modulus_Pa,
+                             material->poisson) *
+           normal_N * (double)kl_inverse_cbrt((kl_real)normal_N);
+}
+
+/* The rail of one side, moved away along the normal of its contact. */
+static void move_rail(const struct kl_contact_side *unloaded, const struct kl_row *row,
+                      double approach_m, struct kl_contact_side *side) {
+    side->offset_m = unloaded->offset_m + approach_m * (double)row->sin_delta;
+    side->rise0_m = unloaded->rise0_m - approach_m * (double)row->cos_delta;
+}
+
+/* From the wheel's own surface to the middle of the patch. */
+static void to_the_patch(struct kl_row *row, double approach_m) {
+    row->arm_m -= (kl_real)(0.5 * approach_m) * row->sin_delta;
+    row->radius_m -= (kl_real)(0.5 * approach_m) * row->cos_delta;
+}
+
+/* Lets the rails give way until both approaches are those of the load; `touch` and `posture` hold
+ * the unloaded solution. */
+static enum kl_status press(const struct kl_pair_def *def, struct kl_tangency *t,
+                            double wheel_load_N, struct kl_touch *touch, struct kl_posture *posture,
+                            struct kl_diag *diag) {
+    const double settled_m = 1e-11;
+    const struct kl_row_kind kind = kl_row_kind_of(def);
+    const struct kl_contact_side unloaded[KL_SIDES] = {t->side[KL_RIGHT], t->side[KL_LEFT]};
+    for (int round = 0; round < KL_LOAD_ROUNDS; round++) {
+        double change = 0.0;
+        for (int s = 0; s < KL_SIDES; s++) {
+            const struct kl_row *row = &posture->row[s];
+            const double approach = approach_of(row, &def->material, wheel_load_N);
+            change += kl_abs(approach - posture->approach_m[s]);
+            posture->approach_m[s] = approach;
+            move_rail(&unloaded[s], row, approach, &t->side[s]);
+        }
+        if (change < settled_m) {
+            to_the_patch(&posture->row[KL_RIGHT], posture->approach_m[KL_RIGHT]);
+            to_the_patch(&posture->row[KL_LEFT], posture->approach_m[KL_LEFT]);
+            return KL_OK;
+        }
+        const enum kl_status status = kl_tangency_solve(t, posture->u_y_m, touch, diag);
+        if (status != KL_OK) {
+            return status;
+        }
+        read_touch(t, &kind, touch, posture);
+    }
+    return kl_report(diag, KL_ERR_CONVERGE, "two contacts of a wheel share the load", -1,
+                     posture->u_y_m);
+}
+
+/* The linear pair: level contacts, the same on either side. */
+static enum kl_status solve_linear(const struct kl_pair_def *def, double wheel_load_N,
+                                   struct kl_posture *posture, struct kl_diag *diag) {
+    const enum kl_status status = check_linear(def, diag);
+    for (int s = 0; s < KL_SIDES && status == KL_OK; s++) {
+        struct kl_row *row = &posture->row[s];
+        kl_row_linear(def, s == KL_RIGHT ? posture->u_y_m : -posture->u_y_m, row);
+        posture->approach_m[s] = approach_of(row, &def->material, wheel_load_N);
+        posture->u_z_m += 0.5 * posture->approach_m[s];
+        row->height_m = (kl_real)posture->approach_m[s];
+        to_the_patch(row, posture->approach_m[s]);
+    }
+    return status;
+}
+
+enum kl_status kl_pair_solve_loaded(const struct kl_pair_def *def, struct kl_arena *scratch,
+                                    const struct kl_loaded_place *at, struct kl_posture *posture,
+                                    struct kl_diag *diag) {
+    if (def == NULL || scratch == NULL || at == NULL || posture == NULL ||
+        !(kl_abs(at->u_y_m) <= 0.1)) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "kl_pair_solve: NULL or u_y not within 0.1 m", -1,
+                         at != NULL ? at->u_y_m : 0.0);
+    }
+    if (!(at->wheel_load_N >= 0.0 && at->wheel_load_N <= 1e6)) {
+        return kl_report(diag, KL_ERR_ARGUMENT, "kl_pair_solve: wheel load must be 0..1e6 N", -1,
+                         at->wheel_load_N);
+    }
+    const struct kl_posture blank = {.u_y_m = at->u_y_m};
     *posture = blank;
-    posture->u_y_m = u_y_m;
     if (def->kind == KL_PAIR_LINEAR) {
-        kl_row_linear(def, u_y_m, &posture->row[KL_RIGHT]);
-        kl_row_linear(def, -u_y_m, &posture->row[KL_LEFT]);
-        return check_linear(def, diag);
+        return solve_linear(def, at->wheel_load_N, posture, diag);
     }
     const struct kl_row_kind kind = kl_row_kind_of(def);
     const size_t mark = scratch->used;
@@ -339,22 +429,21 @@ enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scr
     struct kl_touch touch = {.phi_rad = 0.0};
     enum kl_status status = kl_tangency_build(def, scratch, &t, diag);
     if (status == KL_OK) {
-        status = solve_from_centre(&t, u_y_m, &touch, diag);
+        status = solve_from_centre(&t, at->u_y_m, &touch, diag);
     }
     if (status == KL_OK) {
-        const double l_r = t.side[KL_RIGHT].half_base_m;
-        const double l_l = t.side[KL_LEFT].half_base_m;
-        kl_row_fill(&t, &kind, KL_RIGHT, u_y_m, &touch, &posture->row[KL_RIGHT]);
-        kl_row_fill(&t, &kind, KL_LEFT, -u_y_m, &touch, &posture->row[KL_LEFT]);
-        posture->phi_rad = touch.phi_rad;
-        posture->phi_y_rad_m = touch.phi_y_rad_m;
-        posture->u_z_m =
-            (l_l * touch.height_m[KL_RIGHT] + l_r * touch.height_m[KL_LEFT]) / (l_r + l_l);
-        posture->z_y =
-            (l_l * touch.height_w[KL_RIGHT] - l_r * touch.height_w[KL_LEFT]) / (l_r + l_l);
+        read_touch(&t, &kind, &touch, posture);
+        status = at->wheel_load_N > 0.0 ? press(def, &t, at->wheel_load_N, &touch, posture, diag)
+                                        : KL_OK;
     }
     scratch->used = mark;
     return status;
+}
+
+enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, double u_y_m,
+                             struct kl_posture *posture, struct kl_diag *diag) {
+    const struct kl_loaded_place at = {.u_y_m = u_y_m, .wheel_load_N = 0.0};
+    return kl_pair_solve_loaded(def, scratch, &at, posture, diag);
 }
 
 enum kl_status kl_pair_posture(const struct kl_pair *pair, double u_y_m,

@@ -193,14 +193,21 @@ struct kl_pair {
     uint32_t n_shapes;     /* KL_CREEP_SHAPES or 0 */
 };
 
-/* The wheelset's posture for one displacement: the full solution, not an interpolation. */
+/* The wheelset's posture for one displacement. */
 struct kl_posture {
-    double u_y_m;       /* lateral displacement relative to the rails */
-    double u_z_m;       /* vertical displacement, positive down, 0 when central */
-    double phi_rad;     /* roll */
-    double phi_y_rad_m; /* dphi/du_y */
-    double z_y;         /* du_z/du_y */
+    double u_y_m;                /* lateral displacement relative to the rails */
+    double u_z_m;                /* vertical displacement, positive down, 0 when central */
+    double phi_rad;              /* roll */
+    double phi_y_rad_m;          /* dphi/du_y */
+    double z_y;                  /* du_z/du_y */
+    double approach_m[KL_SIDES]; /* of wheel and rail under load, along the normal; 0: rigid */
     struct kl_row row[KL_SIDES];
+};
+
+/* Where a wheelset stands, and what it carries. */
+struct kl_loaded_place {
+    double u_y_m;        /* |u_y| <= 0.1 m */
+    double wheel_load_N; /* vertical force on the rail under either wheel, 0..1e6 */
 };
 
 /* Small-displacement parameters about a symmetric central position (Wickens eq. 16-34). */
@@ -231,6 +238,23 @@ enum kl_status kl_pair_build(const struct kl_pair_def *def, struct kl_arena *are
  */
 enum kl_status kl_pair_solve(const struct kl_pair_def *def, struct kl_arena *scratch, double u_y_m,
                              struct kl_posture *posture, struct kl_diag *diag);
+
+/*
+ * The same with wheels and rails pressed together. Each wheel carries wheel_load_N without friction,
+ * N = wheel_load_N / cos delta, and approaches its rail by Hertz's d(N) along the normal: the rigid
+ * solution on rails that are moved away by that much, until load, angle and curvatures agree. The
+ * two bodies, of one material, give way by d/2 each, so the patch lies in the middle between them:
+ * arm_m and radius_m are given there, other than in a table's row, where they are those of the
+ * wheel's own surface. eta_wheel_m, eta_rail_m and the angles are those of the unloaded profiles
+ * where they are parallel. u_z counts from the unloaded wheelset when central; phi_y and z_y are
+ * those of the approach as it is. As kl_pair_solve, and KL_ERR_CONVERGE where under this load the
+ * contact goes to and fro between two places, which then share it; one patch cannot describe that.
+ * Bound: KL_LOAD_ROUNDS rows of the table more than kl_pair_solve.
+ */
+#define KL_LOAD_ROUNDS 30
+enum kl_status kl_pair_solve_loaded(const struct kl_pair_def *def, struct kl_arena *scratch,
+                                    const struct kl_loaded_place *at, struct kl_posture *posture,
+                                    struct kl_diag *diag);
 
 /* Reads the tables of the treads (KL_CONTACTS_RIGID: of whatever touches first) at u_y, interpolated
  * as in the step. Bound: constant. */

@@ -3,6 +3,8 @@
 and draws its pictures.
 
 usage: docs/contact_geometry.py [--klingel build/klingel] [--output FOLDER]
+       docs/contact_geometry.py --profiles FOLDER     only CONTACT, with the benchmark's own profiles, which are no part of
+                                                      this project: MBench_S1002_v3.prw and MBench_UIC60_v3.prr
 """
 
 from __future__ import annotations
@@ -125,6 +127,43 @@ def contact(klingel: Klingel, folder: pathlib.Path) -> None:
                 [mark("y", 0.0), *difference("rrd", "ink", None)])])
 
 
+def own_profiles(klingel: Klingel, folder: pathlib.Path) -> None:
+    """The benchmark's points in place of the shipped ones, rigid and under CONTACT's load."""
+    wheel, rail = (folder.resolve() / f"MBench_{name}" for name in ("S1002_v3.prw", "UIC60_v3.prr"))
+    shown = (6.5, 7.0, 7.5, 8.0, 9.0, 10.0)
+    print("                                       largest difference from CONTACT                rolling-radius difference [um]")
+    print("                                  0..4.5 mm           7..10 mm            roll" + "".join(f"{y:7.1f}" for y in shown))
+    for smoothing in (0, 0.001):
+        text = (ROOT / MODEL).read_text()
+        for key, points, file in (("deepest_mm: 27", "s1002", wheel), ("deepest_mm: 30", "uic60", rail)):
+            text = text.replace(f"{{points: profiles/{points}.csv}}", f"{{file: {file}, {key}, smoothing_mm: {smoothing}}}")
+        text = text.replace("      cant_1_in: 40\n", "")  # their rail lies canted already
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as model:
+            model.write(text)
+            model.flush()
+            for load in (0, 50):
+                places = [f"--solve={y / 2}mm" for y in range(21)]
+                rows = read(klingel.text("geometry", model.name, "--set", f"pairs.s1002_uic60.range_m={RANGE_MM / 1e3}",
+                                         f"--wheel-load={load}N", *places, "--csv"))
+                own_differences(f"smoothing {smoothing} mm, {load:2d} N", {round(1e3 * float(r["u_y_m"]), 3): r for r in rows}, shown)
+
+
+def own_differences(name: str, ours: dict[float, dict[str, str]], shown: tuple[float, ...]) -> None:
+    places, radii, rolls = {}, {}, {}
+    for row in reference("manchester_rigid.csv"):
+        y, side = float(row["y_ws_mm"]), {"R": "right", "L": "left"}[row["wheel"]]
+        here = ours[y]
+        place = float(row["ycp_wheel_mm"]) * (-1 if side == "right" else 1)
+        places[y] = max(places.get(y, 0.0), abs(1e3 * float(here[f"eta_wheel_{side}_m"]) - place))
+        radii[y] = 1e3 * (float(here["radius_right_m"]) - float(here["radius_left_m"])) - float(row["rrd_right_minus_left_mm"])
+        rolls[y] = 1e6 * float(here["phi_rad"]) - 1e3 * float(row["roll_mrad"])
+    worst = [(max(places[y] for y in places if low <= y <= high), max(abs(radii[y]) for y in radii if low <= y <= high))
+             for low, high in ((0, 4.5), (7, 10))]
+    roll = max(abs(rolls[y]) for y in rolls if y >= 7)
+    print(f"{name:26s}" + "".join(f" {place:7.4f} {radius:7.4f} mm" for place, radius in worst) + f" {roll:7.3f} urad"
+          + "".join(f"{1e3 * radii[y]:7.1f}" for y in shown))
+
+
 # ---- EN 15302 ----
 
 def standard(klingel: Klingel, folder: pathlib.Path) -> None:
@@ -155,8 +194,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--klingel", default="build/klingel", type=pathlib.Path, help="default: build/klingel")
     parser.add_argument("--output", default=ROOT / "docs", type=pathlib.Path, help="folder of the pictures; default: docs")
+    parser.add_argument("--profiles", type=pathlib.Path, metavar="FOLDER", help="folder of the benchmark's profiles")
     arguments = parser.parse_args()
     klingel = Klingel(arguments.klingel)
+    if arguments.profiles:
+        own_profiles(klingel, arguments.profiles)
+        return 0
     contact(klingel, arguments.output)
     standard(klingel, arguments.output)
     return 0

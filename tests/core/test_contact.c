@@ -19,6 +19,10 @@ static void hertz_agrees_with_elliptic_integrals(void **state) {
         assert_at_most(relative(e.semi_b_1, csv_named(&csv, "semi_b_m_at_1N")), 1e-11);
         assert_at_most(relative(e.semi_a_1 * cbrt(82e3), csv_named(&csv, "semi_a_m_at_82kN")),
                        1e-11);
+        const double approach =
+            kl_hertz_approach(csv_named(&csv, "A_1_m"), csv_named(&csv, "B_1_m"),
+                              csv_named(&csv, "shear_modulus_Pa"), csv_named(&csv, "poisson"));
+        assert_at_most(relative(approach, csv_named(&csv, "approach_m_at_1N")), 1e-11);
         rows++;
     }
     csv_close(&csv);
@@ -40,6 +44,10 @@ static void hertz_is_symmetric(void **state) {
     const struct kl_ellipse sphere = kl_hertz(0.5 / radius, 0.5 / radius, 80e9, 0.3);
     assert_at_most(relative(sphere.semi_a_1, cbrt(3.0 * 0.7 * radius / (4.0 * 80e9))), 1e-12);
     assert_at_most(relative(sphere.semi_b_1, sphere.semi_a_1), 1e-12);
+    /* and it sinks by a^2/R */
+    assert_at_most(relative(kl_hertz_approach(0.5 / radius, 0.5 / radius, 80e9, 0.3),
+                            sphere.semi_a_1 * sphere.semi_a_1 / radius),
+                   1e-12);
     uint64_t seed = 11;
     for (int i = 0; i < 2000; i++) {
         const double a = pow(10.0, random_between(&seed, -2.0, 3.0));
@@ -50,6 +58,7 @@ static void hertz_is_symmetric(void **state) {
         const double ratio = e.semi_a_1 / e.semi_b_1;
         assert_true(ratio >= KL_HERTZ_MIN_RATIO - 1e-9 && ratio <= 1.0 / KL_HERTZ_MIN_RATIO + 1e-7);
         assert_true(a == b || (a < b) == (ratio > 1.0));
+        assert_true(kl_hertz_approach(a, b, 82e9, 0.28) == kl_hertz_approach(b, a, 82e9, 0.28));
     }
 }
 

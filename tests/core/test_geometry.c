@@ -303,6 +303,47 @@ static void different_wheels_on_the_two_sides(void **state) {
     give_memory(&m);
 }
 
+/* Cylinders on arcs, by hand: no load is the rigid solution to the bit, a central axle goes down by
+ * d/cos delta less what the rails' giving way sideways adds, d grows with N^(2/3), and both bodies
+ * give way by half. */
+static void load_presses_wheels_and_rails_together(void **state) {
+    (void)state;
+    const struct kl_pair_def def = arcs_pair(KL_KINEMATICS_RIGID);
+    struct memory m = take_memory(ARENA_BYTES);
+    struct kl_posture rigid;
+    struct kl_posture p;
+    solve(&def, &m, 3e-3, &rigid);
+    const struct kl_loaded_place none = {3e-3, 0.0};
+    assert_int_equal(kl_pair_solve_loaded(&def, &m.arena, &none, &p, NULL), KL_OK);
+    assert_memory_equal(&p, &rigid, sizeof p);
+
+    const struct kl_loaded_place central = {0.0, 50e3};
+    assert_int_equal(kl_pair_solve_loaded(&def, &m.arena, &central, &p, NULL), KL_OK);
+    const double along = 0.5 * cos(ARCS_DELTA0) / ARCS_R0;
+    const double across = 0.5 * (1.0 / ARCS_R_RAIL - 1.0 / ARCS_R_WHEEL);
+    const double normal = 50e3 / cos(ARCS_DELTA0);
+    const double d =
+        kl_hertz_approach(along, across, def.material.shear_modulus_Pa, def.material.poisson) *
+        pow(normal, 2.0 / 3.0);
+    assert_near(p.approach_m[KL_RIGHT], d, 1e-3 * d);
+    assert_true(p.approach_m[KL_RIGHT] == p.approach_m[KL_LEFT]);
+    assert_near(p.phi_rad, 0.0, 1e-12);
+    assert_near(p.u_z_m, d / cos(ARCS_DELTA0), 1e-3 * d);
+    solve(&def, &m, 0.0, &rigid);
+    const double sunk = (double)(rigid.row[KL_RIGHT].radius_m - p.row[KL_RIGHT].radius_m);
+    const double slide = (double)(rigid.row[KL_RIGHT].eta_wheel_m - p.row[KL_RIGHT].eta_wheel_m);
+    assert_near(sunk, 0.5 * d * cos(ARCS_DELTA0) + ARCS_DELTA0 * slide, 1e-3 * d);
+
+    const struct kl_loaded_place eightfold = {0.0, 400e3};
+    struct kl_posture more;
+    assert_int_equal(kl_pair_solve_loaded(&def, &m.arena, &eightfold, &more, NULL), KL_OK);
+    assert_near(more.approach_m[KL_RIGHT], 4.0 * p.approach_m[KL_RIGHT], 4e-3 * d);
+
+    const struct kl_loaded_place bad = {0.0, -1.0};
+    assert_int_equal(kl_pair_solve_loaded(&def, &m.arena, &bad, &p, NULL), KL_ERR_ARGUMENT);
+    give_memory(&m);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_figures_of_section_3),
@@ -315,6 +356,7 @@ int main(void) {
         cmocka_unit_test(table_agrees_with_the_solution),
         cmocka_unit_test(table_is_its_own_mirror_image),
         cmocka_unit_test(different_wheels_on_the_two_sides),
+        cmocka_unit_test(load_presses_wheels_and_rails_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -86,17 +86,23 @@ def curvature_ratio(a_over_b: float) -> float:
     return _moment(a_over_b, 1.0) / _moment(1.0, a_over_b)
 
 
-def hertz(A: float, B: float, modulus: float, poisson: float) -> tuple[float, float]:
+def hertz(A: float, B: float, modulus: float, poisson: float, least: float = MIN_RATIO) -> tuple[float, float]:
     """Semi-axes at 1 N, a along A's direction. Deflection of two equal half-spaces under p = p0 sqrt(1 - x^2/a^2 - y^2/b^2):
     u = (3 N / 4 pi E*) (M0 - M(a) x^2 - M(b) y^2), so A = 3 N M(a) / (4 pi E*), with E* = G / (1 - nu)."""
-    lowest, highest = curvature_ratio(1 / MIN_RATIO), curvature_ratio(MIN_RATIO)
+    lowest, highest = curvature_ratio(1 / least), curvature_ratio(least)
     A, B = max(A, B * lowest), max(B, A / highest)
     log_ratio = optimize.brentq(lambda q: math.log(curvature_ratio(math.exp(q)) * B / A),
-                                math.log(MIN_RATIO) - 1e-9, -math.log(MIN_RATIO) + 1e-9, xtol=1e-15, rtol=1e-14)
+                                math.log(least) - 1e-9, -math.log(least) + 1e-9, xtol=1e-15, rtol=1e-14)
     g = math.exp(log_ratio)
     e_star = modulus / (1 - poisson)
     b = (3 * _moment(g, 1.0) / (4 * math.pi * e_star * A)) ** (1 / 3)  # M scales with length^-3
     return g * b, b
+
+
+def approach(A: float, B: float, modulus: float, poisson: float) -> float:
+    """Of the two bodies at 1 N, for any ratio: 3 N M0 / (4 pi E*), M0 = 2 R_F(a^2, b^2, 0)."""
+    a, b = hertz(A, B, modulus, poisson, least=1e-4)
+    return 3 * (1 - poisson) / (4 * math.pi * modulus) * 2 * float(special.elliprf(a * a, b * b, 0))
 
 
 def verify(A: float, B: float, a: float, b: float, modulus: float, poisson: float) -> float:
@@ -129,7 +135,7 @@ def hertz_rows() -> list[list[float | str]]:
         gcc = modulus * a * b
         load = 82e3 ** (1 / 3)
         rows.append([kind, A, B, modulus, nu, a, b, a / b, a * load, b * load, gcc * c.c11, gcc * c.c22,
-                     gcc * math.sqrt(a * b) * c.c23, gcc * a * b * c.c33])
+                     gcc * math.sqrt(a * b) * c.c23, gcc * a * b * c.c33, approach(A, B, modulus, nu)])
     return rows
 
 
@@ -148,9 +154,10 @@ def kalker_rows() -> list[list[float | str]]:
 def generate() -> dict[str, refcsv.Table]:
     hertz_table = refcsv.Table(
         ["Hertz: A, B half the relative curvature along and across the rolling direction, a, b the semi-axes",
-         "f11_1..f33_1: G c^2 C11, G c^2 C22, G c^3 C23, G c^4 C33 with c = sqrt(a b), at a normal force of 1 N"],
+         "f11_1..f33_1: G c^2 C11, G c^2 C22, G c^3 C23, G c^4 C33 with c = sqrt(a b), at a normal force of 1 N",
+         "approach_m_at_1N: of the bodies along the normal, for the curvatures as they are, also where the ellipse is limited"],
         ["kind", "A_1_m", "B_1_m", "shear_modulus_Pa", "poisson", "semi_a_m_at_1N", "semi_b_m_at_1N", "a_over_b",
-         "semi_a_m_at_82kN", "semi_b_m_at_82kN", "f11_1", "f22_1", "f23_1", "f33_1"],
+         "semi_a_m_at_82kN", "semi_b_m_at_82kN", "f11_1", "f22_1", "f23_1", "f33_1", "approach_m_at_1N"],
         hertz_rows(), rel=1e-10, abs_of_max=0.0)
     kalker_table = refcsv.Table(
         ["Kalker's creep coefficients, table E.3 of Kalker 1990; linear in min(a/b, b/a), quadratic in nu; C33 at nu 0.25",

@@ -167,6 +167,8 @@ class Arguments(Temporary):
                 (("modes", RESTRAINED, "--critical", "1:2:3"), "must be LOW:HIGH"),
                 (("modes", RESTRAINED, "--speed", "1", "--speeds", "1:2:1"), "exclude each other"),
                 (("geometry", ARCS, "--solve", "9"), "must be within the table of pair arcs, -8..8 mm"),
+                (("geometry", ARCS, "--wheel-load", "3mm"), "--wheel-load 3mm: the unit must be one of N kN"),
+                (("geometry", ARCS, "--wheel-load", "50kN", "--plot", "x.png"), "--plot shows rigid contacts"),
                 (("geometry", ARCS, "--solve", "x"), "--solve x: must be a number of mm"),
                 (("geometry", ARCS, "--pair", "arc"), "no such pair; did you mean arcs"),
                 (("build", RESTRAINED, "-o", "-", "--name", "9lives"), "--name 9lives: must be a C name"),

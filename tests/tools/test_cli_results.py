@@ -72,6 +72,17 @@ class Geometry(unittest.TestCase):
         build_ms = float(re.search(r"table built in ([\d.]+) ms", text).group(1))
         self.assertLess(build_ms, 200.0)  # goal 20; the machine may be busy
 
+    def test_wheel_load(self) -> None:
+        """CONTACT, 50 N on each wheel, 3 mm: penetrations 0.6213483 and 0.7261713 um (manchester_rigid.csv)."""
+        row, = rows(output("geometry", WAGON, "--wheel-load", "50N", "--solve", "3mm", "--csv"))
+        self.assertAlmostEqual(float(row["approach_left_m"]), 0.6213483e-6, delta=2e-9)
+        self.assertAlmostEqual(float(row["approach_right_m"]), 0.7261713e-6, delta=2e-9)
+        text = output("geometry", WAGON, "--wheel-load", "90kN", "--every", "0.05mm")
+        self.assertIn("with 90000 N on each wheel", text)
+        shared = [float(x) for x in re.findall(r"^ *([-\d.]+)   two contacts of a wheel share the load$", text, re.M)]
+        self.assertTrue(shared and all(0.15 < abs(x) < 0.3 or 4.7 < abs(x) < 5.0 or 6.2 < abs(x) < 6.6 for x in shared), shared)
+        self.assertNotIn("approach", rows(output("geometry", WAGON, "--csv"))[0])
+
     def test_table_is_complete_and_mirrored(self) -> None:
         table = rows(output("geometry", WAGON, "--csv"))
         self.assertEqual(len(table), 301)

@@ -23,7 +23,8 @@ static void quantities(void **state) {
         {"1e3mm/s", "m/s", 1.0},     {"180deg", "rad", 3.14159265358979312},
         {"+.5", "s", 0.5},           {"2min", "s", 120.0},
         {"250ms", "s", 0.25},        {"7", "", 7.0},
-        {"1mrad/s", "rad/s", 0.001}, {"2km", "m", 2000.0},
+        {"1mrad/s", "rad/s", 0.001}, {"50kN", "N", 50000.0},
+        {"2km", "m", 2000.0},
     };
     char why[160];
     for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {

@@ -59,7 +59,7 @@ const char *cli_nearest(const char *text, const char *const *words, size_t n);
  * Reads a decimal number with an optional unit of the same kind as `unit`, which is meant where
  * none is given; the result is SI. `unit` "" takes no unit. Not a number, NaN, infinity, unknown
  * unit: false, with the reason in `why`. Units: m mm km; s ms min; m/s mm/s km/h; rad mrad deg;
- * rad/s mrad/s deg/s.
+ * rad/s mrad/s deg/s; N kN.
  */
 bool cli_quantity(const char *text, const char *unit, double *si, char *why, size_t why_size);
 

@@ -6,7 +6,7 @@
 
 #include "cli.h"
 
-enum dimension { LENGTH, TIME, SPEED, ANGLE, TURN };
+enum dimension { LENGTH, TIME, SPEED, ANGLE, TURN, FORCE };
 
 static const struct unit {
     const char *name;
@@ -18,6 +18,7 @@ static const struct unit {
     {"m/s", SPEED, 1.0},  {"mm/s", SPEED, 1e-3},  {"km/h", SPEED, 1.0 / 3.6},
     {"rad", ANGLE, 1.0},  {"mrad", ANGLE, 1e-3},  {"deg", ANGLE, 0.017453292519943295},
     {"rad/s", TURN, 1.0}, {"mrad/s", TURN, 1e-3}, {"deg/s", TURN, 0.017453292519943295},
+    {"N", FORCE, 1.0},    {"kN", FORCE, 1e3},
 };
 #define N_UNITS (sizeof units / sizeof units[0])
 

@@ -13,6 +13,7 @@
 struct arguments {
     const char *pair;
     double every_m;
+    double wheel_load_N; /* 0: rigid */
     struct cli_list solve;
     double solve_m[CLI_MAX_LIST];
     const char *csv;
@@ -35,7 +36,7 @@ struct work {
 
 static const char *const side_name[KL_SIDES] = {"right", "left"};
 
-static void csv_header(FILE *file) {
+static void csv_header(FILE *file, bool loaded) {
     static const char *const column[][2] = {
         {"eta_wheel", "m"},    {"eta_rail", "m"},    {"delta_wheel", "rad"}, {"delta_rail", "rad"},
         {"arm", "m"},          {"radius", "m"},      {"curv_wheel", "1_m"},  {"curv_rail", "1_m"},
@@ -46,11 +47,11 @@ static void csv_header(FILE *file) {
             fprintf(file, ",%s_%s_%s", column[i][0], side_name[s], column[i][1]);
         }
     }
-    fputc('\n', file);
+    fprintf(file, "%s\n", loaded ? ",approach_right_m,approach_left_m" : "");
 }
 
-static void csv_posture(FILE *file, const struct kl_posture *p) {
-    double values[5 + 10 * KL_SIDES] = {p->u_y_m, p->phi_rad, p->u_z_m, p->phi_y_rad_m, p->z_y};
+static void csv_posture(FILE *file, const struct kl_posture *p, bool loaded) {
+    double values[5 + 11 * KL_SIDES] = {p->u_y_m, p->phi_rad, p->u_z_m, p->phi_y_rad_m, p->z_y};
     for (int s = 0; s < KL_SIDES; s++) {
         const struct kl_row *row = &p->row[s];
         const kl_real side[10] = {row->eta_wheel_m,    row->eta_rail_m,    row->delta_wheel_rad,
@@ -60,8 +61,9 @@ static void csv_posture(FILE *file, const struct kl_posture *p) {
         for (int i = 0; i < 10; i++) {
             values[5 + 10 * s + i] = (double)side[i];
         }
+        values[5 + 10 * KL_SIDES + s] = p->approach_m[s];
     }
-    cli_csv_row(file, values, sizeof values / sizeof values[0]);
+    cli_csv_row(file, values, 5 + (loaded ? 11 : 10) * KL_SIDES);
 }
 
 /* ---- text ---- */
@@ -85,8 +87,20 @@ static void print_posture(const struct kl_posture *p) {
     }
 }
 
-static void print_solution(const struct kl_posture *p) {
-    printf("\nfull solution at u_y = %g mm\n", p->u_y_m * MM);
+static void print_patch(const struct kl_posture *p, int s, double wheel_load_N) {
+    const struct kl_row *row = &p->row[s];
+    const double normal_N = wheel_load_N / (double)row->cos_delta;
+    printf("         N %.6g N   approach %.5f um   ellipse %.4f x %.4f mm\n", normal_N,
+           p->approach_m[s] * 1e6, (double)row->semi_a_1 * MM * cbrt(normal_N),
+           (double)row->semi_b_1 * MM * cbrt(normal_N));
+}
+
+static void print_solution(const struct kl_posture *p, double wheel_load_N) {
+    printf("\nfull solution at u_y = %g mm", p->u_y_m * MM);
+    if (wheel_load_N > 0.0) {
+        printf(", %g N on each wheel", wheel_load_N);
+    }
+    printf("\n");
     printf("  phi %.9e rad   u_z %.9e m   phi_y %.9g rad/m   z_y %.9g\n", p->phi_rad, p->u_z_m,
            p->phi_y_rad_m, p->z_y);
     for (int s = 0; s < KL_SIDES; s++) {
@@ -98,6 +112,9 @@ static void print_solution(const struct kl_posture *p) {
                (double)row->eta_wheel_m * MM, (double)row->eta_rail_m * MM,
                (double)row->radius_m * MM, (double)row->curv_wheel_1_m, (double)row->curv_rail_1_m,
                (double)row->semi_a_1 * MM * cbrt(1e5), (double)row->semi_b_1 * MM * cbrt(1e5));
+        if (wheel_load_N > 0.0) {
+            print_patch(p, s, wheel_load_N);
+        }
     }
 }
 
@@ -207,17 +224,24 @@ static void *scratch(const struct work *w, struct kl_arena *arena) {
     return memory;
 }
 
-static int solve_at(const struct work *w, double u_y_m, struct kl_posture *posture) {
+/* The full solution at one place. `*shared` (NULL: that is an error): two contacts of a wheel share
+ * the load, and there is none. */
+static int solve_at(const struct work *w, const struct kl_loaded_place *at,
+                    struct kl_posture *posture, bool *shared) {
     struct kl_diag diag = {KL_OK, NULL, -1, 0.0};
     struct kl_arena arena;
     void *memory = scratch(w, &arena);
     if (memory == NULL) {
         return CLI_FAILED;
     }
-    enum kl_status status = kl_pair_solve(w->def, &arena, u_y_m, posture, &diag);
+    enum kl_status status = kl_pair_solve_loaded(w->def, &arena, at, posture, &diag);
     free(memory);
+    if (shared != NULL) {
+        *shared = status == KL_ERR_CONVERGE && at->wheel_load_N > 0.0;
+        status = *shared ? KL_OK : status;
+    }
     return status == KL_OK ? CLI_OK
-                           : cli_fail("pair %s at u_y = %g mm: %s: %s", w->name, u_y_m * MM,
+                           : cli_fail("pair %s at u_y = %g mm: %s: %s", w->name, at->u_y_m * MM,
                                       kl_status_text(status), diag.what);
 }
 
@@ -235,20 +259,41 @@ static int linear_of(const struct work *w, struct kl_linear_geometry *linear) {
                                       kl_status_text(status), diag.what);
 }
 
-/* Rows at every `step` from -range to range, read from the table as the step does. */
-static void each_row(const struct work *w, double step_m, FILE *csv) {
-    int half = (int)floor((double)w->pair.range_m / step_m * (1.0 + 1e-12));
+/* One row of the table, as the step reads it, or under load, afresh. */
+static int row_at(const struct work *w, const struct kl_loaded_place *at,
+                  struct kl_posture *posture, bool *shared) {
+    *shared = false;
+    if (at->wheel_load_N > 0.0) {
+        return solve_at(w, at, posture, shared);
+    }
+    return kl_pair_posture(&w->pair, at->u_y_m, posture) == KL_OK
+               ? CLI_OK
+               : cli_fail("pair %s: no row at u_y = %g mm", w->name, at->u_y_m * MM);
+}
+
+/* Rows at every `step` from -range to range. */
+static int each_row(const struct work *w, double step_m, double wheel_load_N, FILE *csv) {
+    const double range = (double)w->pair.range_m;
+    int half = (int)floor(range / step_m * (1.0 + 1e-12));
     for (int i = -half; i <= half; i++) {
+        const struct kl_loaded_place at = {fmin(fmax(i * step_m, -range), range), wheel_load_N};
         struct kl_posture posture;
-        double u_y = fmin(fmax(i * step_m, -(double)w->pair.range_m), (double)w->pair.range_m);
-        if (kl_pair_posture(&w->pair, u_y, &posture) == KL_OK) {
-            if (csv != NULL) {
-                csv_posture(csv, &posture);
-            } else {
-                print_posture(&posture);
+        bool shared = false;
+        int status = row_at(w, &at, &posture, &shared);
+        if (status != CLI_OK) {
+            return status;
+        }
+        if (shared) {
+            if (csv == NULL) {
+                printf("%7.2f   two contacts of a wheel share the load\n", at.u_y_m * MM);
             }
+        } else if (csv != NULL) {
+            csv_posture(csv, &posture, wheel_load_N > 0.0);
+        } else {
+            print_posture(&posture);
         }
     }
+    return CLI_OK;
 }
 
 static int parse_solve(struct arguments *a) {
@@ -274,15 +319,16 @@ static int check_solve(const struct work *w, const struct arguments *a) {
 
 static int show_solutions(const struct work *w, const struct arguments *a, FILE *csv) {
     for (size_t i = 0; i < a->solve.n; i++) {
+        const struct kl_loaded_place at = {a->solve_m[i], a->wheel_load_N};
         struct kl_posture posture;
-        int status = solve_at(w, a->solve_m[i], &posture);
+        int status = solve_at(w, &at, &posture, NULL);
         if (status != CLI_OK) {
             return status;
         }
         if (csv != NULL) {
-            csv_posture(csv, &posture);
+            csv_posture(csv, &posture, a->wheel_load_N > 0.0);
         } else {
-            print_solution(&posture);
+            print_solution(&posture, a->wheel_load_N);
         }
     }
     return CLI_OK;
@@ -296,20 +342,26 @@ static int show_text(const struct work *w, const struct arguments *a) {
     }
     printf("pair %s: |u_y| <= %g mm by %g mm, table built in %.2f ms\n\n", w->name,
            (double)w->pair.range_m * MM, (double)w->pair.step_m * MM, w->build_ms);
+    if (a->wheel_load_N > 0.0) {
+        printf("with %g N on each wheel; the linear parameters and the jumps are the rigid ones\n",
+               a->wheel_load_N);
+    }
     print_head();
-    each_row(w, a->every_m, NULL);
+    status = each_row(w, a->every_m, a->wheel_load_N, NULL);
+    if (status != CLI_OK) {
+        return status;
+    }
     print_linear(&linear);
     print_jumps(&w->pair);
     return show_solutions(w, a, NULL);
 }
 
 static int show_csv(const struct work *w, const struct arguments *a, FILE *csv) {
-    csv_header(csv);
+    csv_header(csv, a->wheel_load_N > 0.0);
     if (a->solve.n > 0) {
         return show_solutions(w, a, csv);
     }
-    each_row(w, (double)w->pair.step_m, csv);
-    return CLI_OK;
+    return each_row(w, (double)w->pair.step_m, a->wheel_load_N, csv);
 }
 
 static int show_picture(const struct work *w, const struct arguments *a) {
@@ -329,6 +381,9 @@ static int show(struct cli_model *m, const struct arguments *a) {
         status = cli_misuse("%s holds one pair: choose it by --pair, for example --pair %s",
                             a->csv != NULL ? "--csv" : "--plot", model_file_pair_name(&m->file, 0));
     }
+    if (status == CLI_OK && a->plot != NULL && a->wheel_load_N > 0.0) {
+        status = cli_misuse("--plot shows rigid contacts; --wheel-load goes with text and --csv");
+    }
     if (status == CLI_OK && cli_is_stdout(a->csv) && cli_is_stdout(a->plot)) {
         status = cli_misuse("only one of --csv and --plot can be standard output");
     }
@@ -339,9 +394,7 @@ static int show(struct cli_model *m, const struct arguments *a) {
         /* of whole wheels, also where the model's tables hold treads and flanges apart */
         struct kl_pair_def def = m->file.vehicle.pairs[i];
         def.contacts = KL_CONTACTS_RIGID;
-        struct work w = {.file = &m->file,
-                         .def = &def,
-                         .name = model_file_pair_name(&m->file, i)};
+        struct work w = {.file = &m->file, .def = &def, .name = model_file_pair_name(&m->file, i)};
         status = build(&w);
         status = status == CLI_OK ? check_solve(&w, a) : status;
         if (status == CLI_OK && !cli_is_stdout(a->csv) && !cli_is_stdout(a->plot)) {
@@ -385,6 +438,16 @@ int cmd_geometry(int argc, char **argv) {
          .value = &a.solve,
          .help = "solve the geometry at this u_y, mm, to full accuracy instead of\n"
                  "reading the table; as often as wanted. With --csv only these"},
+        {.name = "--wheel-load",
+         .argument = "N",
+         .kind = CLI_NUMBER,
+         .value = &a.wheel_load_N,
+         .unit = "N",
+         .low = 0.0,
+         .high = 1e6,
+         .help = "vertical force under each wheel, N: every line solved afresh with\n"
+                 "Hertz's approach of wheel and rail (columns approach_... in --csv), arm\n"
+                 "and radius in the middle of the patch; default 0, rigid"},
         cli_maybe_file_option("--csv", &a.csv,
                               "the whole table as CSV in SI units; without FILE, or with -, to\n"
                               "standard output in place of the text"),
