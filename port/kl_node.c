@@ -3,6 +3,50 @@
 #include "kl_node_send.h"
 #include "klingel.h"
 
+/* ---- forces and torques ---- */
+
+/* Their number, and the one of number i: actuators, then wheelsets, then the train. */
+static uint32_t n_forces(const struct kl_node *node) {
+    return node->layout.n_actuators + node->layout.n_wheelsets +
+           (node->layout.free_speed ? 1u : 0u);
+}
+
+struct force {
+    struct kl_node_watch *watch;
+    enum kl_message_index message;
+    uint32_t instance;
+};
+
+static struct force force_of(struct kl_node *node, uint32_t i) {
+    const struct kl_layout *layout = &node->layout;
+    if (i < layout->n_actuators) {
+        return (struct force){&node->actuator[i], KL_MSG_ACTUATOR, i};
+    }
+    i -= layout->n_actuators;
+    if (i < layout->n_wheelsets) {
+        return (struct force){&node->drive[i], KL_MSG_WHEELSET_DRIVE, i};
+    }
+    return (struct force){&node->draw, KL_MSG_DRAW_FORCE, 0};
+}
+
+static void put_force(struct kl_node *node, const struct force *force,
+                      const struct kl_bus_command *command) {
+    struct kl_input *input = node->config.input;
+    if (force->message == KL_MSG_ACTUATOR) {
+        input->actuator_N[force->instance] = command->actuator_N;
+    } else if (force->message == KL_MSG_WHEELSET_DRIVE) {
+        input->axle_torque_Nm[force->instance] = command->torque_Nm;
+        input->twist_torque_Nm[force->instance] = command->twist_Nm;
+    } else {
+        input->draw_force_N = command->draw_N;
+    }
+}
+
+static const struct kl_bus_command safe_force = {.actuator_N = (kl_real)KL_NODE_SAFE_FORCE_N,
+                                                 .torque_Nm = (kl_real)KL_NODE_SAFE_FORCE_N,
+                                                 .twist_Nm = (kl_real)KL_NODE_SAFE_FORCE_N,
+                                                 .draw_N = (kl_real)KL_NODE_SAFE_FORCE_N};
+
 /* ---- the model's state ---- */
 
 static void set_run_state(struct kl_node *node, enum kl_run_state run_state) {
@@ -31,9 +75,10 @@ static enum kl_status load_initial(struct kl_node *node) {
         if (!node->speed.supervised) {
             config->input->speed_m_s = config->start_speed_m_s;
         }
-        for (uint32_t i = 0; i < node->layout.n_actuators; i++) {
-            if (!node->actuator[i].supervised) {
-                config->input->actuator_N[i] = (kl_real)KL_NODE_SAFE_FORCE_N;
+        for (uint32_t i = 0; i < n_forces(node); i++) {
+            const struct force force = force_of(node, i);
+            if (!force.watch->supervised) {
+                put_force(node, &force, &safe_force);
             }
         }
     }
@@ -220,6 +265,17 @@ static bool speed_in_range(kl_real speed_m_s) {
     return speed_m_s >= 0 && speed_m_s <= (kl_real)KL_MAX_SPEED_M_S;
 }
 
+static bool is_finite(kl_real value) {
+    return value - value == 0;
+}
+
+/* The values of a command; those that its message has not are 0. */
+static bool in_range(const struct kl_bus_command *command) {
+    return command->control <= 1 && speed_in_range(command->speed_m_s) &&
+           is_finite(command->actuator_N) && is_finite(command->torque_Nm) &&
+           is_finite(command->twist_Nm) && is_finite(command->draw_N);
+}
+
 /* Reads a value's command; true where it is right, and then begins its time again. */
 static bool take_command(struct kl_node *node, enum kl_message_index index,
                          struct kl_node_watch *watch, const struct kl_can_frame *frame,
@@ -232,11 +288,8 @@ static bool take_command(struct kl_node *node, enum kl_message_index index,
         node->counts.protection++;
         return false;
     }
-    const bool force = index == KL_MSG_ACTUATOR;
     if (kl_message_decode(&kl_signal_messages()[index], frame, command) != KL_OK ||
-        command->control > 1 ||
-        !(force ? command->actuator_N - command->actuator_N == 0
-                : speed_in_range(command->speed_m_s))) {
+        !in_range(command)) {
         node->counts.malformed++;
         return false;
     }
@@ -254,10 +307,11 @@ static void take_setpoint(struct kl_node *node, const struct kl_can_frame *frame
     }
 }
 
-static void take_force(struct kl_node *node, uint32_t i, const struct kl_can_frame *frame) {
+static void take_force(struct kl_node *node, const struct force *force,
+                       const struct kl_can_frame *frame) {
     struct kl_bus_command command = {0};
-    if (take_command(node, KL_MSG_ACTUATOR, &node->actuator[i], frame, &command)) {
-        node->config.input->actuator_N[i] = command.actuator_N;
+    if (take_command(node, force->message, force->watch, frame, &command)) {
+        put_force(node, force, &command);
         node->counts.forces++;
     }
 }
@@ -277,9 +331,10 @@ static void watch_commands(struct kl_node *node) {
     if (becomes_late(node, &node->speed)) {
         node->config.input->speed_m_s = (kl_real)KL_NODE_SAFE_SPEED_M_S;
     }
-    for (uint32_t i = 0; i < node->layout.n_actuators; i++) {
-        if (becomes_late(node, &node->actuator[i])) {
-            node->config.input->actuator_N[i] = (kl_real)KL_NODE_SAFE_FORCE_N;
+    for (uint32_t i = 0; i < n_forces(node); i++) {
+        const struct force force = force_of(node, i);
+        if (becomes_late(node, force.watch)) {
+            put_force(node, &force, &safe_force);
         }
     }
 }
@@ -301,7 +356,14 @@ static bool take_frame(struct kl_node *node, const struct kl_can_frame *frame) {
     } else if (index == KL_MSG_SPEED_SETPOINT) {
         take_setpoint(node, frame);
     } else if (index == KL_MSG_ACTUATOR) {
-        take_force(node, instance, frame);
+        const struct force force = force_of(node, instance);
+        take_force(node, &force, frame);
+    } else if (index == KL_MSG_WHEELSET_DRIVE) {
+        const struct force force = force_of(node, node->layout.n_actuators + instance);
+        take_force(node, &force, frame);
+    } else if (index == KL_MSG_DRAW_FORCE) {
+        const struct force force = force_of(node, n_forces(node) - 1u);
+        take_force(node, &force, frame);
     } else {
         node->counts.unknown++; /* somebody else sends what only we should */
     }
@@ -359,9 +421,10 @@ static void update_status(struct kl_node *node, const struct kl_node_timing *tim
     status->speed_control = node->speed.supervised ? 1 : 0;
     status->actuator_late = 0;
     status->actuator_control = 0;
-    for (uint32_t i = 0; i < node->layout.n_actuators; i++) {
-        status->actuator_late |= node->actuator[i].late ? 1u : 0u;
-        status->actuator_control |= node->actuator[i].supervised ? 1u : 0u;
+    for (uint32_t i = 0; i < n_forces(node); i++) {
+        const struct kl_node_watch *watch = force_of(node, i).watch;
+        status->actuator_late |= watch->late ? 1u : 0u;
+        status->actuator_control |= watch->supervised ? 1u : 0u;
     }
     status->has_snapshot = node->has_snapshot ? 1 : 0;
     status->step = node->config.output->tick;
@@ -439,8 +502,9 @@ static void init_watches(struct kl_node *node) {
     uint64_t step_ns = (uint64_t)node->layout.step_ns;
     kl_protect_init(&node->run_control, kl_signal_messages()[KL_MSG_RUN_CONTROL].data_id);
     init_watch(node, &node->speed, KL_MSG_SPEED_SETPOINT, 0);
-    for (uint32_t i = 0; i < node->layout.n_actuators; i++) {
-        init_watch(node, &node->actuator[i], KL_MSG_ACTUATOR, i);
+    for (uint32_t i = 0; i < n_forces(node); i++) {
+        const struct force force = force_of(node, i);
+        init_watch(node, force.watch, force.message, force.instance);
     }
     node->recover_cycles = (uint32_t)(UINT64_C(1000) * KL_NODE_RECOVER_US / step_ns);
     if (node->recover_cycles < 1) {
@@ -467,6 +531,8 @@ enum kl_status kl_node_init(struct kl_node *node, const struct kl_node_config *c
         (struct kl_layout){.n_bodies = config->model->n_bodies,
                            .n_wheelsets = config->model->n_wheelsets,
                            .n_actuators = count_actuators(config->model),
+                           .free_speed = config->model->running.free != 0,
+                           .independent = config->model->n_twists > 0,
                            .step_ns = config->model->step_ns,
                            .state_divider = config->state_divider == 0 ? 1 : config->state_divider};
     done = kl_bus_load(&node->layout, config->bit_rate, &node->load);

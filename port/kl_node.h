@@ -36,9 +36,11 @@
  * Supervision runs in cycles, in every run state. Reset and start put the speed set-point back to
  * the configured one, but a supervised set-point stays in force.
  *
- * Actuators. Actuator# frames set kl_input's actuator_N in just the same way, each with a supervision
- * of its own: late after 5 x 10 ms, safe value 0 N. Forces are limited by the model (1e7 N). Reset and
- * start put those that are not supervised to 0. StatusBus tells whether any is late or supervised.
+ * Forces and torques. Actuator# frames set kl_input's actuator_N in just the same way, Wheelset#Drive
+ * frames axle_torque_Nm and twist_torque_Nm, and DrawForce, where the speed is free, draw_force_N; each
+ * with a supervision of its own: late after 5 periods (50 ms, DrawForce 500 ms), safe value 0. They are
+ * limited by the model (actuators to 1e7 N). Reset and start put those that are not supervised to 0.
+ * StatusBus tells whether any is late or supervised.
  *
  * Sending. A message of period n cycles goes out in the cycles whose number is its phase modulo n;
  * phases 0, 1, 2, ... are given out in the table's order to all messages slower than one cycle, so
@@ -70,10 +72,10 @@ extern "C" {
 #define KL_NODE_ACKS 16u           /* acknowledges waiting to go out */
 #define KL_NODE_RECOVER_US 100000u /* between two attempts to recover a bus that is down */
 #define KL_NODE_SAFE_SPEED_M_S 0.0 /* set-point when commands are late */
-#define KL_NODE_SAFE_FORCE_N 0.0   /* of an actuator, likewise */
+#define KL_NODE_SAFE_FORCE_N 0.0   /* of forces and torques, likewise */
 
 /* Most instances of cyclic messages of the largest vehicle. */
-#define KL_NODE_SLOTS (10u + 3u * KL_MAX_BODIES + 3u * KL_MAX_WHEELSETS + 8u * KL_MAX_WHEELSETS)
+#define KL_NODE_SLOTS (10u + 3u * KL_MAX_BODIES + 3u * KL_MAX_WHEELSETS + 10u * KL_MAX_WHEELSETS)
 
 struct kl_node;
 
@@ -133,7 +135,7 @@ struct kl_node_counts {
     uint64_t run_commands; /* RunControl frames carried out */
     uint64_t run_refused;  /* RunControl frames refused */
     uint64_t setpoints;    /* SpeedSetpoint frames in force */
-    uint64_t forces;       /* Actuator frames in force */
+    uint64_t forces;       /* Actuator, Wheelset#Drive and DrawForce frames in force */
     uint64_t late;         /* times that the safe value stepped in */
     uint64_t faults;       /* times that the run state became FAULT */
     uint64_t down_cycles;  /* cycles that found the bus down */
@@ -173,7 +175,7 @@ struct kl_node_ack {
     uint8_t run_state;
 };
 
-/* 3.3 KB with 8 bodies, wheelsets and actuators; fields are for reading. */
+/* 4.1 KB with 8 bodies, wheelsets and actuators; fields are for reading. */
 struct kl_node {
     struct kl_node_config config;
     struct kl_layout layout;
@@ -184,6 +186,8 @@ struct kl_node {
     struct kl_protect run_control;
     struct kl_node_watch speed;
     struct kl_node_watch actuator[KL_MAX_ACTUATORS];
+    struct kl_node_watch drive[KL_MAX_WHEELSETS];
+    struct kl_node_watch draw;
     enum kl_run_state run_state;
     uint32_t steps_left; /* of step commands */
     bool output_stale;   /* the state was loaded, the output is not yet its own */

@@ -20,6 +20,10 @@ enum kl_status kl_layout_check(const struct kl_layout *layout) {
 }
 
 uint32_t kl_message_instances(const struct kl_layout *layout, const struct kl_message *message) {
+    if ((message->need == KL_NEEDS_FREE_SPEED && !layout->free_speed) ||
+        (message->need == KL_NEEDS_INDEPENDENT_WHEELS && !layout->independent)) {
+        return 0;
+    }
     switch (message->repeat) {
     case KL_PER_BODY:
         return layout->n_bodies;
@@ -246,6 +250,10 @@ static const void *source_of(const struct kl_signal *signal, uint32_t instance,
     case KL_FROM_WHEEL:
     case KL_FROM_ADHESION:
         return wheel_of(view->output, instance);
+    case KL_FROM_WHEEL_SPIN:
+        return view->output == NULL || instance / KL_SIDES >= KL_MAX_WHEELSETS
+                   ? NULL
+                   : &view->output->wheelset[instance / KL_SIDES];
     case KL_FROM_STATUS:
         return view->status;
     case KL_FROM_COMMAND:
@@ -269,6 +277,12 @@ static double adhesion(const void *wheel) {
     return n > 0.0 ? kl_sqrt(t1 * t1 + t2 * t2) / n : 0.0;
 }
 
+/* The right wheel turns by so much faster than the mean as the left one turns slower. */
+static double wheel_spin(const struct kl_wheelset_output *wheelset, uint32_t instance) {
+    const double twist = (double)wheelset->twist_rad_s;
+    return (double)wheelset->spin_rad_s + (instance % KL_SIDES == KL_RIGHT ? twist : -twist);
+}
+
 static int64_t integer_raw(const struct kl_signal *signal, uint64_t value,
                            struct kl_codec_counts *counts) {
     uint64_t high = (uint64_t)kl_signal_raw_max(signal);
@@ -282,13 +296,16 @@ static int64_t integer_raw(const struct kl_signal *signal, uint64_t value,
     return (int64_t)value;
 }
 
-static int64_t raw_of(const struct kl_signal *signal, const void *source,
+static int64_t raw_of(const struct kl_signal *signal, uint32_t instance, const void *source,
                       struct kl_codec_counts *counts) {
     if (source == NULL) {
         return kl_signal_quantise(signal, not_a_number(), counts);
     }
     if (signal->source == KL_FROM_ADHESION) {
         return kl_signal_quantise(signal, adhesion(source), counts);
+    }
+    if (signal->source == KL_FROM_WHEEL_SPIN) {
+        return kl_signal_quantise(signal, wheel_spin(source, instance), counts);
     }
     const void *field = (const unsigned char *)source + signal->where;
     switch (signal->type) {
@@ -312,7 +329,7 @@ void kl_message_encode(const struct kl_message *message, uint32_t instance,
         const struct kl_signal *signal = &message->signals[i];
         if (signal->source != KL_FROM_PROTECTION) {
             const void *source = source_of(signal, instance, view);
-            kl_signal_insert(signal, raw_of(signal, source, count), frame->data);
+            kl_signal_insert(signal, raw_of(signal, instance, source, count), frame->data);
         }
     }
 }
@@ -335,7 +352,9 @@ static void store(const struct kl_signal *signal, int64_t raw, struct kl_bus_com
 
 /* Instances of a command that the bus can have. */
 static bool is_instance(const struct kl_message *message, uint32_t id) {
-    const uint32_t most = message->repeat == KL_PER_ACTUATOR ? KL_BUS_MAX_ACTUATORS : 1u;
+    const uint32_t most = message->repeat == KL_PER_ACTUATOR   ? KL_BUS_MAX_ACTUATORS
+                          : message->repeat == KL_PER_WHEELSET ? KL_BUS_MAX_WHEELSETS
+                                                               : 1u;
     return id >= message->id && id - message->id < most;
 }
 

@@ -80,8 +80,8 @@ struct kl_bus_status {
     uint32_t speed_late;       /* 1: set-point missing, safe value in force */
     uint32_t speed_control;    /* 1: a set-point from the bus is in force or supervised */
     uint32_t has_snapshot;     /* 1: restore is possible */
-    uint32_t actuator_late;    /* 1: a force is missing, its safe value in force */
-    uint32_t actuator_control; /* 1: a force is supervised */
+    uint32_t actuator_late;    /* 1: a force or torque is missing, its safe value in force */
+    uint32_t actuator_control; /* 1: a force or torque is supervised */
     uint32_t lockstep;         /* 1: one cycle per SYNC */
     uint32_t bus_down;    /* 1: the bus was down in the last cycle (seen on other buses and logs) */
     uint64_t step;        /* kl_output.tick */
@@ -114,6 +114,9 @@ struct kl_bus_command {
     uint32_t control;    /* 1: set-point under supervision; 0: set it once and release it */
     kl_real speed_m_s;   /* NaN when sent as invalid */
     kl_real actuator_N;  /* likewise; or N m */
+    kl_real torque_Nm;   /* likewise, of an axle */
+    kl_real twist_Nm;    /* likewise, of its wheels against each other */
+    kl_real draw_N;      /* likewise, along the train */
 };
 
 /* ---- the table ---- */
@@ -125,6 +128,7 @@ enum kl_signal_source {
     KL_FROM_WHEELSET,   /* struct kl_wheelset_output of the instance */
     KL_FROM_WHEEL,      /* likewise, the instance's side of one real per side */
     KL_FROM_ADHESION,   /* computed: |T| / N of the instance's wheel; 0 for a lifted wheel */
+    KL_FROM_WHEEL_SPIN, /* computed: speed of rotation of the instance's wheel */
     KL_FROM_STATUS,     /* struct kl_bus_status */
     KL_FROM_COMMAND,    /* struct kl_bus_command: written by the bench, read by the node */
     KL_FROM_COUNTER,    /* the message's loss counter */
@@ -159,6 +163,8 @@ struct kl_signal {
 };
 
 enum kl_message_repeat { KL_ONCE = 0, KL_PER_BODY, KL_PER_WHEELSET, KL_PER_WHEEL, KL_PER_ACTUATOR };
+/* What a vehicle must have for a message to be on its bus. */
+enum kl_message_need { KL_NEEDS_NOTHING = 0, KL_NEEDS_FREE_SPEED, KL_NEEDS_INDEPENDENT_WHEELS };
 enum kl_message_sender { KL_SENT_BY_NODE = 0, KL_SENT_BY_BENCH };
 
 struct kl_message {
@@ -167,6 +173,7 @@ struct kl_message {
     uint16_t id;         /* of instance 0 */
     uint8_t length;      /* bytes */
     enum kl_message_repeat repeat;
+    enum kl_message_need need;
     enum kl_message_sender sender;
     uint32_t period_us;      /* 0: sent on event */
     bool is_state;           /* period is multiplied by kl_layout.state_divider */
@@ -181,6 +188,8 @@ enum kl_message_index {
     KL_MSG_RUN_CONTROL = 0,
     KL_MSG_SPEED_SETPOINT,
     KL_MSG_ACTUATOR,
+    KL_MSG_WHEELSET_DRIVE,
+    KL_MSG_DRAW_FORCE,
     KL_MSG_ACK,
     KL_MSG_VEHICLE_MOTION,
     KL_MSG_VEHICLE_TRACK,
@@ -191,6 +200,7 @@ enum kl_message_index {
     KL_MSG_STATUS_CODEC,
     KL_MSG_WHEELSET_MOTION,
     KL_MSG_WHEELSET_SPIN,
+    KL_MSG_WHEEL_SPIN,
     KL_MSG_BODY_POSITION,
     KL_MSG_BODY_MOTION,
     KL_MSG_WHEEL_FORCES,
@@ -214,6 +224,8 @@ struct kl_layout {
     uint32_t n_bodies;      /* 0..KL_BUS_MAX_BODIES */
     uint32_t n_wheelsets;   /* 1..KL_BUS_MAX_WHEELSETS */
     uint32_t n_actuators;   /* 0..KL_BUS_MAX_ACTUATORS */
+    bool free_speed;        /* the speed is a freedom of the train */
+    bool independent;       /* a wheelset's wheels turn by themselves */
     int64_t step_ns;        /* cycle of the node; periods are rounded to whole cycles, at least 1 */
     uint32_t state_divider; /* 1..1000: state messages come so many times more slowly */
 };

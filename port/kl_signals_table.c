@@ -2,7 +2,7 @@
  * The signal table: every message and every signal on the bus. See kl_signals.h.
  *
  * Identifiers: 0x010 commands, 0x020 vehicle, 0x030 status, 0x040.. commands to
- * actuators, 0x100.. states of every step, 0x200..
+ * actuators, 0x060.. to wheelsets, 0x100.. states of every step, 0x200..
  * states of every tenth millisecond, 0x680 what never changes. Lower identifiers win the bus.
  * Resolutions are a hundredth or less of what a measuring wheelset or an axle-box sensor resolves;
  * ranges hold everything short of a wreck.
@@ -119,6 +119,23 @@ static const struct kl_signal actuator[] = {
     SIGNED_OF("Force", 32, 24, 1, 0, "N", COMMAND(actuator_N),
               "Pushes the first end of its element and pulls the second, N m where it turns"),
 };
+static const struct kl_signal wheelset_drive[] = {
+    PROTECTION,
+    CHOICE_OF("Control", 16, COMMAND(control), control_modes,
+              "Control: supervised, safe value 0 when late. Release: set once, then free"),
+    SIGNED_OF("Torque", 24, 24, 1, 1, "Nm", COMMAND(torque_Nm),
+              "On the axle, positive drives forward, half of it on either of independent wheels"),
+    SIGNED_OF(
+        "Twist", 48, 16, 5, 0, "Nm", COMMAND(twist_Nm),
+        "More on the right and less on the left of independent wheels, a solid axle ignores it"),
+};
+static const struct kl_signal draw_force[] = {
+    PROTECTION,
+    CHOICE_OF("Control", 16, COMMAND(control), control_modes,
+              "Control: supervised, safe value 0 when late. Release: set once, then free"),
+    SIGNED_OF("Force", 32, 24, 10, 0, "N", COMMAND(draw_N),
+              "On the whole train along the track, positive forward"),
+};
 static const struct kl_signal ack[] = {
     INTEGER_OF("RequestId", 0, 8, STATUS(ack_request), "Of the RunControl frame answered"),
     CHOICE_OF("Command", 8, STATUS(ack_command), run_commands, "Of the RunControl frame answered"),
@@ -179,8 +196,9 @@ static const struct kl_signal status_bus[] = {
     FLAG("HasSnapshot", 18, has_snapshot, "Restore is possible"),
     FLAG("Lockstep", 19, lockstep, "One cycle per SYNC frame"),
     FLAG("BusDown", 20, bus_down, "The bus was down in the cycle before"),
-    FLAG("ActuatorLate", 21, actuator_late, "A force is missing, its safe value 0 in force"),
-    FLAG("ActuatorControl", 22, actuator_control, "At least one force supervised"),
+    FLAG("ActuatorLate", 21, actuator_late,
+         "A force or torque is missing, its safe value 0 in force"),
+    FLAG("ActuatorControl", 22, actuator_control, "At least one force or torque supervised"),
     WRAPPING("CommandsLate", 24, 8, commands_late, "Times that the safe value stepped in"),
     WRAPPING("SendDropped", 32, 16, send_dropped, "Frames due that did not go out"),
     WRAPPING("ReceiveBad", 48, 16, receive_bad,
@@ -208,6 +226,11 @@ static const struct kl_signal wheelset_spin[] = {
               "Speed of rotation, positive rolling forward"),
     SIGNED_OF("AccZ", 40, 16, 1, 2, "m/s2", WHEELSET(z_acc_m_s2),
               "Vertical acceleration of the axle box, positive down"),
+};
+static const struct kl_signal wheel_spin[] = {
+    COUNTER,
+    SIGNED("Spin", 16, 24, 1, 3, "rad/s", KL_FROM_WHEEL_SPIN, 0,
+           "Speed of rotation of the wheel, positive rolling forward"),
 };
 static const struct kl_signal body_position[] = {
     COUNTER,
@@ -325,6 +348,24 @@ static const struct kl_message messages[KL_MESSAGES] = {
                          .data_id = 0x1040,
                          .timeout_cycles = 5,
                          SIGNALS(actuator)},
+    [KL_MSG_WHEELSET_DRIVE] = {.name = "Wheelset#Drive",
+                               .comment = "Torque of drive and brake on a wheelset",
+                               .id = 0x060,
+                               .repeat = KL_PER_WHEELSET,
+                               .sender = KL_SENT_BY_BENCH,
+                               .period_us = 10000,
+                               .data_id = 0x1060,
+                               .timeout_cycles = 5,
+                               SIGNALS(wheelset_drive)},
+    [KL_MSG_DRAW_FORCE] = {.name = "DrawForce",
+                           .comment = "What draws or buffs a train whose speed is free",
+                           .id = 0x013,
+                           .need = KL_NEEDS_FREE_SPEED,
+                           .sender = KL_SENT_BY_BENCH,
+                           .period_us = 100000,
+                           .data_id = 0x1013,
+                           .timeout_cycles = 5,
+                           SIGNALS(draw_force)},
     [KL_MSG_ACK] = {.name = "Ack", .comment = "Answer to RunControl", .id = 0x012, SIGNALS(ack)},
     [KL_MSG_VEHICLE_MOTION] = {.name = "VehicleMotion",
                                .comment = "Motion of the vehicle along the track",
@@ -373,6 +414,13 @@ static const struct kl_message messages[KL_MESSAGES] = {
                               .repeat = KL_PER_WHEELSET,
                               STATE(1),
                               SIGNALS(wheelset_spin)},
+    [KL_MSG_WHEEL_SPIN] = {.name = "Wheel#Spin",
+                           .comment = "Rotation of a wheel, where wheels turn by themselves",
+                           .id = 0x180,
+                           .repeat = KL_PER_WHEEL,
+                           .need = KL_NEEDS_INDEPENDENT_WHEELS,
+                           STATE(1),
+                           SIGNALS(wheel_spin)},
     [KL_MSG_BODY_POSITION] = {.name = "Body#Position",
                               .comment = "Displacements and roll of a body",
                               .id = 0x140,

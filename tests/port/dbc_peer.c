@@ -84,6 +84,8 @@ int main(int argc, char **argv) {
     const struct kl_layout layout = {.n_bodies = (uint32_t)atoi(argv[2]),
                                      .n_wheelsets = (uint32_t)atoi(argv[3]),
                                      .n_actuators = (uint32_t)atoi(argv[4]),
+                                     .free_speed = true,
+                                     .independent = true,
                                      .step_ns = 1000000,
                                      .state_divider = 1};
     if (strcmp(argv[1], "dbc") == 0) {

@@ -16,6 +16,7 @@
 
 struct bench {
     unsigned char *memory;
+    bool driven; /* set before the model is made: independent wheels, and a free speed */
     struct kl_model model;
     struct kl_state state;
     struct kl_state snapshot;
@@ -32,6 +33,8 @@ struct bench {
     uint8_t run_alive;
     uint8_t speed_alive;
     uint8_t force_alive[2];
+    uint8_t drive_alive;
+    uint8_t draw_alive;
     uint8_t request;
     /* what the bench has seen */
     uint64_t seen[KL_MESSAGES][64];
@@ -104,17 +107,29 @@ static inline enum kl_status bench_model(struct bench *b) {
                                                   .elements = springs,
                                                   .pairs = &pair,
                                                   .track = &track};
+    struct kl_wheelset_def split = wheelset;
+    struct kl_vehicle_def driven = vehicle;
     const size_t size = 4u << 20;
     struct kl_arena arena;
     b->memory = malloc(size);
     kl_arena_init(&arena, b->memory, size);
-    return kl_build(&vehicle, &arena, &b->model, NULL);
+    if (!b->driven) {
+        return kl_build(&vehicle, &arena, &b->model, NULL);
+    }
+    split.independent = 1;
+    driven.wheelsets = &split;
+    driven.running.free = 1;
+    return kl_build(&driven, &arena, &b->model, NULL);
 }
 
 /* Everything but the node, which takes the config from here. */
-static inline struct bench *bench_new(void) {
+static inline struct bench *bench_new_of(bool driven) {
     struct bench *b = calloc(1, sizeof *b);
-    if (b == NULL || bench_model(b) != KL_OK) {
+    if (b == NULL) {
+        abort();
+    }
+    b->driven = driven;
+    if (bench_model(b) != KL_OK) {
         abort();
     }
     kl_vbus_init(&b->bus);
@@ -131,12 +146,20 @@ static inline struct bench *bench_new(void) {
     return b;
 }
 
-static inline struct bench *bench_start(void) {
-    struct bench *b = bench_new();
+static inline struct bench *bench_new(void) {
+    return bench_new_of(false);
+}
+
+static inline struct bench *bench_start_of(bool driven) {
+    struct bench *b = bench_new_of(driven);
     if (kl_node_init(&b->node, &b->config) != KL_OK) {
         abort();
     }
     return b;
+}
+
+static inline struct bench *bench_start(void) {
+    return bench_start_of(false);
 }
 
 static inline void bench_free(struct bench *b) {
@@ -208,16 +231,37 @@ static inline void bench_speed(struct bench *b, double speed_m_s, uint32_t contr
     kl_can_send(&b->can, &frame);
 }
 
+/* A protected command of one instance. */
+static inline struct kl_can_frame instance_frame(enum kl_message_index message, uint32_t i,
+                                                 const struct kl_bus_command *command,
+                                                 uint8_t *alive) {
+    const struct kl_message *m = &kl_signal_messages()[message];
+    const struct kl_bus_view view = {.command = command};
+    struct kl_can_frame frame;
+    kl_message_encode(m, i, &view, NULL, &frame);
+    kl_protect_seal((uint16_t)(m->data_id + i), alive, frame.data, frame.length);
+    return frame;
+}
+
 /* To actuator i of the model's two: 0 pushes the body aside, 1 turns it. */
 static inline struct kl_can_frame force_frame(struct bench *b, uint32_t i, double force_N,
                                               uint32_t control) {
-    const struct kl_message *m = &kl_signal_messages()[KL_MSG_ACTUATOR];
     const struct kl_bus_command command = {.control = control, .actuator_N = (kl_real)force_N};
-    const struct kl_bus_view view = {.command = &command};
-    struct kl_can_frame frame;
-    kl_message_encode(m, i, &view, NULL, &frame);
-    kl_protect_seal((uint16_t)(m->data_id + i), &b->force_alive[i], frame.data, frame.length);
-    return frame;
+    return instance_frame(KL_MSG_ACTUATOR, i, &command, &b->force_alive[i]);
+}
+
+static inline void bench_drive(struct bench *b, double torque_Nm, double twist_Nm,
+                               uint32_t control) {
+    const struct kl_bus_command command = {
+        .control = control, .torque_Nm = (kl_real)torque_Nm, .twist_Nm = (kl_real)twist_Nm};
+    struct kl_can_frame frame = instance_frame(KL_MSG_WHEELSET_DRIVE, 0, &command, &b->drive_alive);
+    kl_can_send(&b->can, &frame);
+}
+
+static inline void bench_draw(struct bench *b, double draw_N, uint32_t control) {
+    const struct kl_bus_command command = {.control = control, .draw_N = (kl_real)draw_N};
+    struct kl_can_frame frame = instance_frame(KL_MSG_DRAW_FORCE, 0, &command, &b->draw_alive);
+    kl_can_send(&b->can, &frame);
 }
 
 static inline void bench_force(struct bench *b, uint32_t i, double force_N, uint32_t control) {

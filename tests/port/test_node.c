@@ -387,6 +387,7 @@ static void there_is_a_slot_for_every_message_of_the_largest_vehicle(void **stat
     (void)state;
     static const struct kl_layout largest = {.n_bodies = KL_MAX_BODIES,
                                              .n_wheelsets = KL_MAX_WHEELSETS,
+                                             .independent = true,
                                              .step_ns = 1000000,
                                              .state_divider = 1};
     uint32_t slots = 0;

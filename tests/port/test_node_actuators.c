@@ -1,6 +1,6 @@
 /*
- * Forces of actuators over the bus: what a right frame does, what a late one, a foreign or damaged
- * one; and what is told of it. The bench's model has two, see node_bench.h.
+ * Forces and torques over the bus: what a right frame does, what a late one, a foreign or damaged one;
+ * and what is told of it. The bench's model has two actuators, see node_bench.h.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -139,6 +139,103 @@ static void flanges_are_told(void **state) {
     bench_free(b);
 }
 
+/* What only some vehicles have is not on the bus of others; a torque is on every one's. */
+static void messages_follow_the_model(void **state) {
+    (void)state;
+    uint32_t index;
+    uint32_t instance;
+    struct bench *b = bench_start();
+    assert_true(kl_message_find(&b->node.layout, 0x060, &index, &instance));
+    assert_int_equal(index, KL_MSG_WHEELSET_DRIVE);
+    assert_false(kl_message_find(&b->node.layout, 0x061, &index, &instance));
+    assert_false(kl_message_find(&b->node.layout, 0x013, &index, &instance));
+    assert_false(kl_message_find(&b->node.layout, 0x180, &index, &instance));
+    bench_draw(b, 1000, 0);
+    bench_cycles(b, 1);
+    assert_int_equal(b->node.counts.unknown, 1);
+    bench_free(b);
+    b = bench_start_of(true);
+    assert_true(kl_message_find(&b->node.layout, 0x013, &index, &instance));
+    assert_int_equal(index, KL_MSG_DRAW_FORCE);
+    assert_true(kl_message_find(&b->node.layout, 0x181, &index, &instance));
+    assert_int_equal(index, KL_MSG_WHEEL_SPIN);
+    assert_int_equal(instance, 1);
+    assert_false(kl_message_find(&b->node.layout, 0x182, &index, &instance));
+    bench_free(b);
+}
+
+/* Half a second with a draw force F, or with a torque F r on the axle, on the 11 250 kg of body and
+ * wheelset and the rotating J / r^2: as much faster by Newton's law. */
+static void train_and_axle_are_driven(void **state) {
+    (void)state;
+    const double mass = 11250 + 100 / (0.45 * 0.45);
+    for (int by_torque = 0; by_torque < 2; by_torque++) {
+        struct bench *b = bench_start_of(true);
+        bench_ask(b, KL_COMMAND_START, 0);
+        bench_cycles(b, 500);
+        const double before = (double)b->output.speed_m_s;
+        if (by_torque) {
+            bench_drive(b, 2000 * 0.45, 0, 0);
+        } else {
+            bench_draw(b, 2000, 0);
+        }
+        bench_cycles(b, 500);
+        assert_true(fabs((double)b->output.speed_m_s - before - 0.5 * 2000 / mass) <
+                    0.02 * 0.5 * 2000 / mass);
+        assert_int_equal(b->node.counts.forces, 1);
+        assert_int_equal(b->output.faults, 0);
+        bench_free(b);
+    }
+}
+
+/* A twist turns the right wheel faster than the left; the frames tell either wheel's spin. */
+static void wheels_that_turn_by_themselves_are_told(void **state) {
+    (void)state;
+    struct bench *b = bench_start_of(true);
+    bench_ask(b, KL_COMMAND_START, 0);
+    bench_cycles(b, 200);
+    bench_drive(b, 0, 500, 0);
+    bench_cycles(b, 200);
+    assert_true((double)b->input.twist_torque_Nm[0] > 499.9);
+    const double mean = (double)b->output.wheelset[0].spin_rad_s;
+    const double twist = (double)b->output.wheelset[0].twist_rad_s;
+    assert_true(twist > 1e-3);
+    assert_true(fabs(1e-3 * (double)seen_raw(b, KL_MSG_WHEEL_SPIN, 0, "Spin") - mean - twist) <
+                0.6e-3);
+    assert_true(fabs(1e-3 * (double)seen_raw(b, KL_MSG_WHEEL_SPIN, 1, "Spin") - mean + twist) <
+                0.6e-3);
+    bench_free(b);
+}
+
+static void late_torques_and_draw_forces_are_replaced_by_none(void **state) {
+    (void)state;
+    struct bench *b = bench_start_of(true);
+    bench_drive(b, 1500, 200, 1);
+    bench_draw(b, -4000, 1);
+    bench_cycles(b, 50);
+    assert_true(fabs((double)b->input.axle_torque_Nm[0] - 1500) < 1e-9);
+    assert_int_equal(seen_raw(b, KL_MSG_STATUS_BUS, 0, "ActuatorControl"), 1);
+    bench_cycles(b, 1); /* 5 x 10 ms */
+    assert_true(b->input.axle_torque_Nm[0] == 0 && b->input.twist_torque_Nm[0] == 0);
+    assert_true(fabs((double)b->input.draw_force_N + 4000) < 1e-9);
+    assert_int_equal(b->node.counts.late, 1);
+    bench_cycles(b, 450); /* 5 x 100 ms */
+    assert_true(b->input.draw_force_N == 0);
+    assert_int_equal(b->node.counts.late, 2);
+    bench_cycles(b, 20);
+    assert_int_equal(seen_raw(b, KL_MSG_STATUS_BUS, 0, "ActuatorLate"), 1);
+    bench_draw(b, (double)NAN, 1);
+    bench_drive(b, 1, (double)INFINITY, 1);
+    bench_cycles(b, 1);
+    assert_int_equal(b->node.counts.malformed, 2);
+    bench_drive(b, 700, 0, 0);
+    bench_draw(b, 800, 0);
+    bench_cycles(b, 1);
+    assert_int_equal(bench_ask(b, KL_COMMAND_RESET, 0), KL_ACK_DONE);
+    assert_true(b->input.axle_torque_Nm[0] == 0 && b->input.draw_force_N == 0);
+    bench_free(b);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_actuator_of_the_model_has_its_frame),
@@ -147,6 +244,10 @@ int main(void) {
         cmocka_unit_test(a_wrong_frame_changes_nothing),
         cmocka_unit_test(reset_lets_go_of_what_is_not_supervised),
         cmocka_unit_test(flanges_are_told),
+        cmocka_unit_test(messages_follow_the_model),
+        cmocka_unit_test(train_and_axle_are_driven),
+        cmocka_unit_test(wheels_that_turn_by_themselves_are_told),
+        cmocka_unit_test(late_torques_and_draw_forces_are_replaced_by_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -34,6 +34,8 @@ static void identifiers_are_unique_and_leave_canopen_free(void **state) {
     static const struct kl_layout largest = {.n_bodies = KL_BUS_MAX_BODIES,
                                              .n_wheelsets = KL_BUS_MAX_WHEELSETS,
                                              .n_actuators = KL_BUS_MAX_ACTUATORS,
+                                             .free_speed = true,
+                                             .independent = true,
                                              .step_ns = 1000000,
                                              .state_divider = 1};
     static bool used[0x800];
@@ -61,7 +63,7 @@ static void identifiers_are_unique_and_leave_canopen_free(void **state) {
         found += kl_message_find(&largest, id, &index, &instance) ? 1u : 0u;
     }
     assert_int_equal(found, total);
-    assert_int_equal(total, 13 + 3 * 32 + 3 * 32 + 4 * 64 + 32);
+    assert_int_equal(total, 14 + 3 * 32 + 4 * 32 + 5 * 64 + 32);
 }
 
 static void check_text(const char *text, bool may_be_empty) {
@@ -337,12 +339,12 @@ static void periods_become_whole_cycles(void **state) {
 }
 
 /* Davis, Burns et al. 2007: an 8-byte frame with an 11-bit identifier takes at most 135 bits, one
- * without data 55. The wagon sends 2 + 4 + 2 messages a millisecond, 5 + 16 + 2 + 1 in ten, one
- * set-point in a hundred and three messages a second. */
+ * without data 55. The wagon sends 2 + 4 + 2 messages a millisecond, 5 + 16 + 2 + 1 and two
+ * torques in ten, one set-point in a hundred and three messages a second. */
 static void bus_load_is_the_sum_of_longest_frames(void **state) {
     (void)state;
     struct kl_bus_load load;
-    uint64_t frames = 8 * 1000 + 24 * 100 + 10 + 3;
+    uint64_t frames = 8 * 1000 + 26 * 100 + 10 + 3;
     assert_int_equal(kl_frame_bits(8), 135);
     assert_int_equal(kl_frame_bits(0), 55);
     assert_int_equal(kl_bus_load(&wagon, 0, &load), KL_OK);
@@ -355,7 +357,7 @@ static void bus_load_is_the_sum_of_longest_frames(void **state) {
 static void bus_load_warns_above_70_and_refuses_above_100_percent(void **state) {
     (void)state;
     struct kl_bus_load load;
-    const uint32_t bits = (8 * 1000 + 24 * 100 + 10 + 3) * 135;
+    const uint32_t bits = (8 * 1000 + 26 * 100 + 10 + 3) * 135;
     assert_int_equal(kl_bus_load(&wagon, bits, &load), KL_OK);
     assert_int_equal(load.permille, 1000);
     assert_int_equal(load.verdict, KL_LOAD_HIGH);
@@ -365,7 +367,7 @@ static void bus_load_warns_above_70_and_refuses_above_100_percent(void **state) 
     assert_int_equal(load.permille, 700);
     assert_int_equal(load.verdict, KL_LOAD_OK);
     struct kl_layout slow = wagon;
-    slow.state_divider = 5;
+    slow.state_divider = 6;
     kl_bus_load(&slow, 500000, &load);
     assert_int_equal(load.verdict, KL_LOAD_OK);
 }

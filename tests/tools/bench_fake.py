@@ -36,6 +36,13 @@ BO_ 64 Actuator1: 8 Bench
  SG_ Control : 16|8@1+ (1,0) [0|255] "" Klingel
  SG_ Force : 32|24@1- (1,0) [-8388607|8388607] "N" Klingel
 
+BO_ 96 Wheelset1Drive: 8 Bench
+ SG_ Crc : 0|8@1+ (1,0) [0|255] "" Klingel
+ SG_ Alive : 8|4@1+ (1,0) [0|15] "" Klingel
+ SG_ Control : 16|8@1+ (1,0) [0|255] "" Klingel
+ SG_ Torque : 24|24@1- (0.1,0) [-838860.7|838860.7] "Nm" Klingel
+ SG_ Twist : 48|16@1- (5,0) [-163835|163835] "Nm" Klingel
+
 BO_ 18 Ack: 8 Klingel
  SG_ RequestId : 0|8@1+ (1,0) [0|255] "" Bench
  SG_ Command : 8|8@1+ (1,0) [0|255] "" Bench
@@ -69,12 +76,14 @@ BA_DEF_DEF_ "CycleTime_us" 0;
 BA_DEF_DEF_ "E2EDataId" 0;
 BA_ "CycleTime_us" BO_ 17 100000;
 BA_ "CycleTime_us" BO_ 64 10000;
+BA_ "CycleTime_us" BO_ 96 10000;
 BA_ "CycleTime_us" BO_ 32 10000;
 BA_ "CycleTime_us" BO_ 48 10000;
 BA_ "CycleTime_us" BO_ 256 10000;
 BA_ "E2EDataId" BO_ 16 4112;
 BA_ "E2EDataId" BO_ 17 4113;
 BA_ "E2EDataId" BO_ 64 4160;
+BA_ "E2EDataId" BO_ 96 4192;
 VAL_ 16 Command 0 "None" 1 "Start" 2 "Stop" 3 "Pause" 4 "Step" 5 "Reset" 6 "Snapshot" 7 "Restore" ;
 VAL_ 18 Command 0 "None" 1 "Start" 2 "Stop" 3 "Pause" 4 "Step" 5 "Reset" 6 "Snapshot" 7 "Restore" ;
 VAL_ 18 Result 0 "Done" 1 "WrongState" 2 "UnknownCommand" 3 "NoSnapshot" 4 "Repeated" 5 "NoModelState" ;
@@ -84,6 +93,7 @@ VAL_ 256 Y -32768 "Invalid" ;
 """
 
 ACTUATOR_1 = 0x040
+WHEELSET_1_DRIVE = 0x060
 RUN_CONTROL, SPEED_SETPOINT, ACK, VEHICLE_MOTION, STATUS, WHEELSET_MOTION = 0x010, 0x011, 0x012, 0x020, 0x030, 0x100
 RUNNING = 1
 

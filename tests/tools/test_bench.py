@@ -280,8 +280,11 @@ class TestCommands(unittest.TestCase):
         self.assertEqual(Command.parse("speed=off"), Command(0.0, "speed", None))
         self.assertEqual(Command.parse("actuator12=-500"), Command(0.0, "actuator12", -500.0))
         self.assertEqual(str(Command.parse("actuator1=off")), "actuator1=off")
+        self.assertEqual(Command.parse("torque3=-2.5e4"), Command(0.0, "torque3", -25000.0))
+        self.assertEqual(Command.parse("draw=off"), Command(0.0, "draw"))
         for bad in ("fly", "start=1", "step=x", "step=70000", "step=-1", "speed=", "speed=-1", "speed=1000",
-                    "speed=nan", "speed", "actuator=1", "actuator0=1", "actuator1", "actuator1=9e6", "actuator100=1"):
+                    "speed=nan", "speed", "actuator=1", "actuator0=1", "actuator1", "actuator1=9e6", "actuator100=1",
+                    "torque=1", "torque1=9e5", "twist1=2e5", "draw1=1", "draw=1e8", "speed1=3"):
             with self.assertRaises(ValueError, msg=bad):
                 Command.parse(bad)
         for bad in ("start", "x:start", "-1:start", "nan:start", ":start"):
@@ -367,8 +370,21 @@ class TestCommands(unittest.TestCase):
         self.assertEqual(values.count((0, 0)), 1)
         for data in forces:
             self.assertEqual(data[0], bench_fake.crc_bitwise(0x1040, data))
-        with self.assertRaisesRegex(DatabaseError, "Actuator2: this vehicle has no such actuator"):
+        with self.assertRaisesRegex(DatabaseError, "Actuator2: this vehicle has no such message"):
             self.commander("0:actuator2=1")
+
+    def test_torque_and_twist_share_a_message(self):
+        commander = self.commander("0:torque1=-1234.5", "0.5:twist1=300", "1:torque1=off", "1.2:twist1=off")
+        for k in range(150):
+            commander.poll(0.01 * k)
+        frames = [data for identifier, data in self.sent if identifier == bench_fake.WHEELSET_1_DRIVE]
+        values = [(data[2], int.from_bytes(data[3:6], "little", signed=True), int.from_bytes(data[6:8], "little", signed=True))
+                  for data in frames]
+        order = [value for k, value in enumerate(values) if k == 0 or value != values[k - 1]]
+        self.assertEqual(order, [(1, -12345, 0), (1, -12345, 60), (1, 0, 60), (0, 0, 0)])
+        self.assertIn(len(values), range(110, 132))  # every 10 ms for 1.2 s
+        with self.assertRaisesRegex(DatabaseError, "DrawForce: this vehicle has no such message"):
+            self.commander("0:draw=1")
 
 
 class TestAddress(unittest.TestCase):

@@ -20,8 +20,9 @@ import canmatrix.formats  # noqa: E402
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BUILD = pathlib.Path(os.environ.get("BUILD", "build"))
 PEER = ROOT / BUILD / "tests/port/dbc_peer"
-BODIES, WHEELSETS, ACTUATORS = "3", "4", "2"  # a four-axle bogie vehicle with active suspension
-BENCH = ("RunControl", "SpeedSetpoint", "Actuator1", "Actuator2")
+BODIES, WHEELSETS, ACTUATORS = "3", "4", "2"  # four axles of independent wheels, active suspension, a free speed
+BENCH = ("RunControl", "SpeedSetpoint", "Actuator1", "Actuator2", "Wheelset1Drive", "Wheelset2Drive", "Wheelset3Drive",
+         "Wheelset4Drive", "DrawForce")
 SEED = 20260102
 
 
@@ -49,11 +50,12 @@ class TestDbc(unittest.TestCase):
 
     def test_loads_without_errors_and_is_complete(self) -> None:
         self.assertEqual(self.network.load_errors, [])
-        self.assertEqual(len(self.network.frames), 13 + 3 * 3 + 3 * 4 + 4 * 8 + 2)
+        self.assertEqual(len(self.network.frames), 14 + 3 * 3 + 4 * 4 + 5 * 8 + 2)
         self.assertEqual({ecu.name for ecu in self.network.ecus}, {"Klingel", "Bench"})
         names = [frame.name for frame in self.network.frames]
         self.assertEqual(len(names), len(set(names)))
-        for name in ("RunControl", "Wheelset4Motion", "Body3Rates", "Wheel1LContact", "Wheel4RFlange", "Actuator2"):
+        for name in ("RunControl", "Wheelset4Motion", "Body3Rates", "Wheel1LContact", "Wheel4RFlange", "Actuator2", "Wheelset4Drive",
+                     "DrawForce", "Wheel4LSpin"):
             self.assertIn(name, names)
 
     def test_every_frame_is_described(self) -> None:
@@ -99,6 +101,7 @@ class TestDbc(unittest.TestCase):
         self.assertEqual(cycle["Status"], 10)
         self.assertEqual(cycle["SpeedSetpoint"], 100)
         self.assertEqual(cycle["Actuator1"], 10)
+        self.assertEqual((cycle["Wheelset3Drive"], cycle["DrawForce"], cycle["Wheel2LSpin"]), (10, 100, 1))
         identity = {frame.attribute("E2EDataId", db=self.network) for frame in self.network.frames if frame.name in BENCH}
         self.assertEqual(len(identity), len(BENCH))  # each its own: no command can be taken for another
         self.assertEqual(cycle["InfoModel"], 1000)

@@ -326,6 +326,22 @@ class TestBench(EndToEnd):
         self.assertEqual((controlled, self.of(last, "StatusBus", "ActuatorLate")[-1]), (1, 1))
         self.check_counters(listener.frames)
 
+    def test_draw_force_and_torque(self):
+        """40 t and what rolls of them, drawn by 20 kN and driven by 4.6 kN m on an axle of 0.46 m: 30 kN, 0.73 m/s2."""
+        running = self.hil("--speed", "10", "--start", model=ROOT / "models/coasting_wagon.yaml")
+        listener = self.listen(running)
+        bench = self.bench(running, "--time", "60", "--at", "0.2:draw=20000", "--at", "0.2:torque1=4600")
+        self.assertIsNotNone(listener.wait_for(self.identifier["VehicleTrack"], 0))
+        began = time.monotonic()
+        while time.monotonic() < began + 20 and self.of(listener.frames[-400:], "VehicleTrack", "Acceleration")[-1] < 0.65:
+            time.sleep(0.1)
+        driven = self.of(listener.frames[-400:], "VehicleTrack", "Acceleration")[-1]
+        bench.kill()
+        bench.communicate()
+        listener.close()
+        self.assertTrue(0.65 < driven < 0.76, driven)
+        self.check_counters(listener.frames)
+
     def test_session(self):
         running = self.hil()
         told, log, plot = (pathlib.Path(self.folder) / name for name in ("told.json", "run.log", "run.png"))

@@ -27,9 +27,15 @@ struct kl_layout cli_bus_layout(const struct cli_model *m, const struct cli_bus 
         const uint32_t input = m->file.vehicle.elements[i].actuator;
         n_actuators = input > n_actuators ? input : n_actuators;
     }
+    bool independent = false;
+    for (uint32_t i = 0; i < m->file.vehicle.n_wheelsets; i++) {
+        independent = independent || m->file.vehicle.wheelsets[i].independent != 0;
+    }
     return (struct kl_layout){.n_bodies = m->file.vehicle.n_bodies,
                               .n_wheelsets = m->file.vehicle.n_wheelsets,
                               .n_actuators = n_actuators,
+                              .free_speed = m->file.vehicle.running.free != 0,
+                              .independent = independent,
                               .step_ns = m->file.vehicle.step_ns,
                               .state_divider = (uint32_t)bus->divider};
 }

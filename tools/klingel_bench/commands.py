@@ -17,14 +17,41 @@ from .protection import ALIVE_VALUES, seal
 
 RUN_COMMANDS = ("start", "stop", "pause", "step", "reset", "snapshot", "restore", "none")
 MAX_ARGUMENT = 65535
-SPEED_MOST, FORCE_MOST = 163.0, 8_388_607.0  # m/s and N: what the signals hold
+
+
+@dataclasses.dataclass(frozen=True)
+class Value:
+    """A set-point by its name in a command: the signal it is, and what that holds."""
+
+    message: str  # # is the number in the name
+    signal: str
+    least: float
+    most: float
+    unit: str
+    kept: bool = False  # stays as it was when the bench lets go of it
+
+
+VALUES = {"speed": Value("SpeedSetpoint", "Speed", 0.0, 163.0, "m/s", kept=True),
+          "actuator#": Value("Actuator#", "Force", -8_388_607.0, 8_388_607.0, "N"),
+          "torque#": Value("Wheelset#Drive", "Torque", -838_860.7, 838_860.7, "N m"),
+          "twist#": Value("Wheelset#Drive", "Twist", -163_835.0, 163_835.0, "N m"),
+          "draw": Value("DrawForce", "Force", -83_886_070.0, 83_886_070.0, "N")}
+
+
+def value_of(name: str) -> tuple[Value, str] | None:
+    """What a command's name stands for, and the message with its number; None: it is no set-point."""
+    parts = re.fullmatch(r"([a-z]+)([1-9]\d?|)", name)
+    value = VALUES.get(parts[1] + ("#" if parts[2] else "")) if parts else None
+    return None if value is None else (value, value.message.replace("#", parts[2]))
+
+
 DONE = "Done"
 REPEATED = "Repeated"
 
 
 @dataclasses.dataclass(frozen=True)
 class Command:
-    """`at_s` after the bench has connected. `value`: steps, the speed in m/s, a force in N (or N m); None: the set-point ends."""
+    """`at_s` after the bench has connected. `value`: steps, the speed in m/s, a force in N, a torque in N m; None: the set-point ends."""
 
     at_s: float
     name: str
@@ -32,20 +59,19 @@ class Command:
 
     @classmethod
     def parse(cls, text: str, at_s: float = 0.0) -> "Command":
-        """`start`, `step=10`, `speed=25`, `speed=off`, `actuator1=-500`, `actuator1=off`. Raises ValueError."""
+        """`start`, `step=10`, `speed=25`, `speed=off`, `actuator1=-500`, `torque2=off`, `draw=2e4`. Raises ValueError."""
         name, given, value = text.strip().partition("=")
-        force = re.fullmatch(r"actuator[1-9]\d?", name) is not None
-        if name == "speed" or force:
+        setpoint = value_of(name)
+        if setpoint is not None:
             if value == "off":
                 return cls(at_s, name)
-            low, high = (-FORCE_MOST, FORCE_MOST) if force else (0.0, SPEED_MOST)
-            number = float(value or "nan")
-            if not low <= number <= high:
-                what = "force must be within 8388607 N" if force else "speed must be 0..163 m/s"
-                raise ValueError(f"'{text}': the {what}, or off")
+            what, number = setpoint[0], float(value or "nan")
+            if not what.least <= number <= what.most:
+                raise ValueError(f"'{text}': must be {what.least:.10g}..{what.most:.10g} {what.unit}, or off")
             return cls(at_s, name, number)
         if name not in RUN_COMMANDS or (given and name != "step"):
-            raise ValueError(f"'{text}' is no command: {', '.join(RUN_COMMANDS)}, step=N, speed=V, speed=off, actuatorK=N or actuatorK=off")
+            names = ", ".join(word.replace("#", "K") + "=X" for word in VALUES)
+            raise ValueError(f"'{text}' is no command: {', '.join(RUN_COMMANDS)}, step=N, {names} or =off")
         steps = int(value) if given else (1 if name == "step" else 0)
         if not 0 <= steps <= MAX_ARGUMENT:
             raise ValueError(f"'{text}': 1..{MAX_ARGUMENT} steps")
@@ -98,18 +124,18 @@ class Sealer:
 
 
 class Setpoint:
-    """One value that is sent in its cycle for as long as it is set."""
+    """The values of one message, sent in its cycle for as long as one of them is set; the others are 0."""
 
-    def __init__(self, database: Database, message: str, signal: str):
+    def __init__(self, database: Database, message: str, kept: bool):
         if message not in database.by_name:
-            raise DatabaseError(f"{message}: this vehicle has no such actuator")
+            raise DatabaseError(f"{message}: this vehicle has no such message")
         self.sealer = Sealer(database, message)
-        self.signal = signal
-        self.value: float | None = None
+        self.kept = kept
+        self.values: dict[str, float] = {}
         self.next_s = 0.0
 
     def due(self, now_s: float) -> bool:
-        if self.value is None or now_s < self.next_s:
+        if not self.values or now_s < self.next_s:
             return False
         self.next_s = max(self.next_s + (self.sealer.message.cycle_s or 0.1), now_s)
         return True
@@ -129,9 +155,8 @@ class Commander:
         self._pending_again = False
         self._request = random.randrange(256)
         self._control = Sealer(database, "RunControl")
-        self._setpoints = {name: Setpoint(database, "SpeedSetpoint", "Speed") if name == "speed"
-                           else Setpoint(database, name.capitalize(), "Force")
-                           for name in sorted({command.name for command in script if command.is_setpoint})}
+        names = sorted({command.name for command in script if command.is_setpoint})
+        self._setpoints = {message: Setpoint(database, message, value.kept) for value, message in map(value_of, names)}
         self._ack = database.by_name["Ack"]
         self._numbers = {text.lower(): int(raw) for raw, text
                          in self._control.message.frame.signal_by_name("Command").values.items()}
@@ -155,7 +180,7 @@ class Commander:
             self._start(self._ready.popleft(), now_s)
         for setpoint in self._setpoints.values():
             if setpoint.due(now_s):
-                self._put(setpoint.sealer, Control=1, **{setpoint.signal: setpoint.value})
+                self._put(setpoint.sealer, Control=1, **setpoint.values)
 
     def acknowledge(self, data: bytes, now_s: float) -> None:
         """Takes an Ack frame; those for other clients' requests are left alone."""
@@ -174,8 +199,8 @@ class Commander:
 
     def release(self) -> None:
         """Hands the values over for good, so that the node does not brake because the bench has gone."""
-        for name in self._setpoints:
-            self._let_go(name)
+        for setpoint in self._setpoints.values():
+            self._let_go(setpoint, list(setpoint.values))
 
     def give_up(self) -> None:
         """Whatever is not answered by now never will be; what had not come due yet is not counted."""
@@ -184,21 +209,21 @@ class Commander:
         while self._ready:
             self._finish(Outcome(self._ready.popleft(), "not sent"))
 
-    def _let_go(self, name: str) -> None:
-        """The speed stays as it was; a force ends."""
-        setpoint = self._setpoints[name]
-        if setpoint.value is not None:
-            self._put(setpoint.sealer, Control=0, **{setpoint.signal: setpoint.value if name == "speed" else 0.0})
-            setpoint.value = None
+    def _let_go(self, setpoint: Setpoint, signals: list[str]) -> None:
+        """The speed stays as it was; a force ends, and with the last one of a message its supervision."""
+        last = {signal: setpoint.values.pop(signal) for signal in signals if signal in setpoint.values}
+        if last and not setpoint.values:
+            self._put(setpoint.sealer, Control=0, **(last if setpoint.kept else dict.fromkeys(last, 0.0)))
 
     def _set(self, command: Command, now_s: float) -> None:
-        setpoint = self._setpoints[command.name]
+        value, message = value_of(command.name)
+        setpoint = self._setpoints[message]
         if command.value is None:
-            self._let_go(command.name)
+            self._let_go(setpoint, [value.signal])
             return
-        if setpoint.value is None:
+        if not setpoint.values:
             setpoint.next_s = now_s
-        setpoint.value = command.value
+        setpoint.values[value.signal] = command.value
 
     def _start(self, command: Command, now_s: float) -> None:
         self._pending = command
