@@ -201,6 +201,12 @@ static inline void kl_wide_mix(kl_wide a, kl_wide b, kl_lane mixed[4]) {
     mixed[2] = _mm256_extractf128_pd(even, 1);
     mixed[3] = _mm256_extractf128_pd(odd, 1);
 }
+/* The sums of the first two of four, and of the others. */
+static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *second) {
+    const kl_lane sums = _mm_hadd_pd(_mm256_castpd256_pd128(*x), _mm256_extractf128_pd(*x, 1));
+    *first = sums[0];
+    *second = sums[1];
+}
 #else
 static inline kl_wide kl_wide_twice(const kl_real *pair, int h) {
     (void)h;
@@ -212,6 +218,10 @@ static inline void kl_wide_mix(kl_wide a, kl_wide b, kl_lane mixed[4]) {
     for (int i = 0; i < 4; i++) {
         mixed[i] = (kl_lane){a[i], b[i]};
     }
+}
+static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *second) {
+    *first = (*x)[0] + (*x)[1];
+    *second = (*x)[2] + (*x)[3];
 }
 #endif
 
@@ -227,6 +237,15 @@ static inline void kl_wide_store(kl_real *to, int h, kl_wide x) {
 }
 static inline kl_wide kl_wide_twice(const kl_real *pair, int h) {
     return kl_lane_load_even(pair, h % (KL_SIDES / KL_LANES));
+}
+static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *second) {
+#if KL_LANES == 2
+    *first = x[0][0] + x[0][1];
+    *second = x[1][0] + x[1][1];
+#else
+    *first = x[0] + x[1];
+    *second = x[2] + x[3];
+#endif
 }
 #endif
 #define KL_EACH_WIDE(h) KL_UNROLL_WIDE for (int h = 0; h < 4 / KL_WIDE; h++)

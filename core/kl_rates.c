@@ -85,7 +85,7 @@ static inline struct offsets offsets_at(kl_real heading_rad, kl_real offset_m, k
 static void read_track(const struct kl_model *model, const struct kl_stage *stage,
                        struct kl_evaluation *e) {
     const struct kl_track *track = &model->track;
-    e->reference = kl_layout_read(track, stage->s_m);
+    kl_layout_read(track, stage->s_m, &e->reference.curvature_1_m);
     for (uint32_t w = 0; w < model->n_wheelsets; w++) {
         kl_track_read(track, stage->s_m + model->wheelsets[w].x_m, &e->axle[w].track);
     }
@@ -102,7 +102,7 @@ static void place_bodies(const struct kl_model *model, const struct kl_origin *f
         const kl_real *x = e->body[b].x;
         struct kl_track_layout here = e->reference;
         if (body->x_m != KL_R(0)) {
-            here = kl_layout_read(&model->track, stage->s_m + body->x_m);
+            kl_layout_read(&model->track, stage->s_m + body->x_m, &here.curvature_1_m);
         }
         first += carry_body(body, from, first, &here, v, &e->body[b]);
         e->body[b].aside = here.curvature_1_m * (v * v) - model->gravity_m_s2 * here.cant_rad;
@@ -207,16 +207,15 @@ static void suspension_forces(const struct kl_suspension *restrict suspension,
     const uint16_t *end = twins + 3u * kl_count_twins(suspension);
     for (; twins != end; twins += 3) {
         kl_wide sum[4 / KL_WIDE] = {0};
-        kl_real of[4];
-        for (const uint16_t *last = place + twins[2]; place < last; place += 2, spring += 4) {
+        kl_real first;
+        kl_real second;
+        for (const uint16_t *last = place + twins[2]; place != last; place += 2, spring += 4) {
             add_entry(spring, &motion[place[0]], sum); /* one after the other */
             add_entry(spring + 2, &motion[place[1]], sum);
         }
-        KL_EACH_WIDE(h) {
-            kl_wide_store(of, h, sum[h]);
-        }
-        force[twins[0]] = -(of[0] + of[1]);
-        force[twins[1]] = -(of[2] + of[3]);
+        kl_wide_sums(sum, &first, &second);
+        force[twins[0]] = -first;
+        force[twins[1]] = -second;
     }
 }
 

@@ -7,23 +7,53 @@
 
 #define PATH_PANELS 16
 
-struct kl_track_layout kl_layout_read(const struct kl_track *track, kl_real s) {
+/* The highest power of pass h's columns. */
+static inline int top_power(int h) {
+#if KL_WIDE == 1
+    static const int top[4] = {3, 4, 5, 3};
+    return top[h];
+#else
+    (void)h;
+    return KL_LAYOUT_POWERS - 1;
+#endif
+}
+
+void kl_layout_read(const struct kl_track *track, kl_real s, kl_real *at) {
     const struct kl_piece *piece = kl_piece_at(track, s);
     const kl_real d = s - piece->start_m;
-    const kl_real *k = piece->curvature;
-    const kl_real *c = piece->cant;
-    const struct kl_track_layout at = {
-        .curvature_1_m = k[0] + d * (k[1] + d * (k[2] + d * k[3])),
-        .heading_rad = piece->heading_rad + kl_layout_heading(k, d),
-        .offset_m = piece->offset_m + (piece->heading_rad * d + kl_layout_offset(k, d)),
-        .cant_rad = c[0] + d * (c[1] + d * (c[2] + d * c[3])),
-        .cant_s_1_m = c[1] + d * (KL_R(2) * c[2] + d * (KL_R(3) * c[3])),
-        .cant_ss_1_m2 = KL_R(2) * c[2] + d * (KL_R(6) * c[3])};
-    return at;
+    KL_EACH_WIDE(h) {
+        kl_wide x = kl_wide_load(&piece->power[top_power(h)].curvature, h);
+        for (int i = top_power(h) - 1; i >= 0; i--) {
+            x = kl_wide_load(&piece->power[i].curvature, h) + d * x;
+        }
+        kl_wide_store(at, h, x);
+    }
+    KL_EACH_LANE(g) {
+        const struct kl_cant_power *c = piece->cant_power;
+        kl_lane_store(at + 4, g,
+                      kl_lane_load(&c[0].first, g) +
+                          d * (kl_lane_load(&c[1].first, g) + d * kl_lane_load(&c[2].first, g)));
+    }
+}
+
+kl_real kl_layout_heading(const struct kl_piece *piece, kl_real d) {
+    kl_real x = piece->power[4].heading;
+    for (int i = 3; i >= 0; i--) {
+        x = piece->power[i].heading + d * x;
+    }
+    return x;
+}
+
+kl_real kl_layout_offset(const struct kl_piece *piece, kl_real d) {
+    kl_real x = piece->power[5].offset;
+    for (int i = 4; i >= 0; i--) {
+        x = piece->power[i].offset + d * x;
+    }
+    return x;
 }
 
 void kl_track_layout_at(const struct kl_track *track, kl_real s_m, struct kl_track_layout *layout) {
-    *layout = kl_layout_read(track, s_m);
+    kl_layout_read(track, s_m, &layout->curvature_1_m);
 }
 
 void kl_track_at(const struct kl_track *track, kl_real s_m, struct kl_track_point *point) {
@@ -37,11 +67,11 @@ void kl_layout_path(const struct kl_piece *piece, double length, double *x, doub
                                  0.9061798459386640};
     static const double weight[5] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
                                      0.4786286704993665, 0.2369268850561891};
-    const kl_real *c = piece->curvature;
-    if (c[1] == KL_R(0) && c[2] == KL_R(0) && c[3] == KL_R(0)) {
-        const double h = 0.5 * (double)c[0] * length;
+    const struct kl_layout_power *c = piece->power;
+    if (c[1].curvature == KL_R(0) && c[2].curvature == KL_R(0) && c[3].curvature == KL_R(0)) {
+        const double h = 0.5 * (double)c[0].curvature * length;
         const double chord = length * (kl_abs(h) > 1e-4 ? kl_sin(h) / h : 1.0 - h * h / 6.0);
-        const double along = (double)piece->heading_rad + h;
+        const double along = (double)c[0].heading + h;
         *x = chord * kl_cos(along);
         *y = chord * kl_sin(along);
         return;
@@ -52,7 +82,7 @@ void kl_layout_path(const struct kl_piece *piece, double length, double *x, doub
     for (int panel = 0; panel < PATH_PANELS; panel++) {
         for (int i = 0; i < 5; i++) {
             const double s = half * ((double)(2 * panel + 1) + at[i]);
-            const double heading = (double)(piece->heading_rad + kl_layout_heading(c, (kl_real)s));
+            const double heading = (double)kl_layout_heading(piece, (kl_real)s);
             *x += half * weight[i] * kl_cos(heading);
             *y += half * weight[i] * kl_sin(heading);
         }
@@ -67,5 +97,5 @@ void kl_track_path(const struct kl_track *track, kl_real s_m, struct kl_path *pa
     kl_layout_path(piece, (double)d, &x, &y);
     path->x_m = (double)piece->path_x_m + x;
     path->y_m = (double)piece->path_y_m + y;
-    path->heading_rad = (double)(piece->heading_rad + kl_layout_heading(piece->curvature, d));
+    path->heading_rad = (double)kl_layout_heading(piece, d);
 }

@@ -54,16 +54,28 @@ struct kl_track_def {
     struct kl_irregularity_def irregularity;
 };
 
-/* A piece of track between neighbouring borders of ramps: curvature and cant as cubics in d = s -
- * start. The first piece reaches back to minus infinity, the last one on to infinity. */
+/* The coefficients of a power of d = s - start, as in struct kl_track_layout. */
+struct kl_layout_power {
+    kl_real curvature;
+    kl_real heading; /* int kappa ds from s = 0 */
+    kl_real offset;  /* int int kappa ds ds */
+    kl_real cant;
+};
+struct kl_cant_power {
+    kl_real first; /* of the derivatives of cant */
+    kl_real second;
+};
+#define KL_LAYOUT_POWERS 6
+#define KL_CANT_POWERS 3
+
+/* A piece of track between neighbouring borders of ramps: polynomials in d; curvature and cant are
+ * cubics. The first piece reaches back to minus infinity, the last one on to infinity. */
 struct kl_piece {
     kl_real start_m;
-    kl_real curvature[4];
-    kl_real cant[4];
-    kl_real heading_rad; /* int kappa ds from s = 0 to the start */
-    kl_real offset_m;    /* int int kappa ds ds */
-    kl_real path_x_m;    /* path at the start */
+    kl_real path_x_m; /* path at the start */
     kl_real path_y_m;
+    struct kl_layout_power power[KL_LAYOUT_POWERS];
+    struct kl_cant_power cant_power[KL_CANT_POWERS];
 };
 
 /* One B-spline control point of the four irregularities. */
@@ -75,7 +87,8 @@ struct kl_irregularity_row {
 };
 
 struct kl_track {
-    const struct kl_piece *piece; /* n_pieces */
+    const struct kl_piece
+        *piece;          /* n_pieces, and two more like the last: nobody asks where they end */
     const uint16_t *bin; /* the piece in which each of n_bins equal parts of 0..end begins */
     uint32_t n_pieces;
     uint32_t n_bins;
@@ -87,7 +100,7 @@ struct kl_track {
     kl_real inv_step_1_m;
 };
 
-/* The layout at one s. Derivatives are with respect to s. */
+/* The layout at one s: nothing but kl_real columns. Derivatives are with respect to s. */
 struct kl_track_layout {
     kl_real curvature_1_m;
     kl_real heading_rad; /* I1 = int kappa ds from s = 0 */

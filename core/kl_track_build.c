@@ -110,15 +110,31 @@ static void shift(const struct cubic *cubic, double s, kl_real c[4]) {
     c[3] = (kl_real)a[3];
 }
 
-/* Integrals and path at a piece's start, from the piece before it. */
-static void join(struct kl_piece *piece, const struct kl_piece *before) {
-    const kl_real d = piece->start_m - before->start_m;
+void kl_layout_set(struct kl_piece *piece, const kl_real c[4], const kl_real cant[4],
+                   kl_real heading_rad, kl_real offset_m) {
+    const struct kl_layout_power power[KL_LAYOUT_POWERS] = {
+        {c[0], heading_rad, offset_m, cant[0]},
+        {c[1], c[0], heading_rad, cant[1]},
+        {c[2], KL_R(0.5) * c[1], KL_R(0.5) * c[0], cant[2]},
+        {c[3], KL_R(1.0 / 3.0) * c[2], KL_R(1.0 / 6.0) * c[1], cant[3]},
+        {KL_R(0), KL_R(0.25) * c[3], KL_R(1.0 / 12.0) * c[2], KL_R(0)},
+        {KL_R(0), KL_R(0), KL_R(0.05) * c[3], KL_R(0)}};
+    const struct kl_cant_power cant_power[KL_CANT_POWERS] = {{cant[1], KL_R(2) * cant[2]},
+                                                             {KL_R(2) * cant[2], KL_R(6) * cant[3]},
+                                                             {KL_R(3) * cant[3], KL_R(0)}};
+    for (int i = 0; i < KL_LAYOUT_POWERS; i++) {
+        piece->power[i] = power[i];
+    }
+    for (int i = 0; i < KL_CANT_POWERS; i++) {
+        piece->cant_power[i] = cant_power[i];
+    }
+}
+
+/* The path at a piece's start, from the piece before it. */
+static void join(struct kl_piece *piece, const struct kl_piece *before, kl_real d) {
     double x;
     double y;
     kl_layout_path(before, (double)d, &x, &y);
-    piece->offset_m =
-        before->offset_m + (before->heading_rad * d + kl_layout_offset(before->curvature, d));
-    piece->heading_rad = before->heading_rad + kl_layout_heading(before->curvature, d);
     piece->path_x_m = (kl_real)((double)before->path_x_m + x);
     piece->path_y_m = (kl_real)((double)before->path_y_m + y);
 }
@@ -135,12 +151,15 @@ static double next_border(const struct cubics *list, uint32_t current) {
 static uint32_t merge(const struct cubics *curve, const struct cubics *cant, struct kl_piece *piece,
                       double *shortest) {
     const struct kl_piece blank = {.start_m = KL_R(0)};
+    kl_real curvature[4];
+    kl_real angle[4];
     uint32_t i = 0;
     uint32_t j = 0;
     double s = 0.0;
     piece[0] = blank;
-    shift(&curve->at[0], 0.0, piece[0].curvature);
-    shift(&cant->at[0], 0.0, piece[0].cant);
+    shift(&curve->at[0], 0.0, curvature);
+    shift(&cant->at[0], 0.0, angle);
+    kl_layout_set(&piece[0], curvature, angle, KL_R(0), KL_R(0));
     uint32_t n = 1;
     const uint32_t most = curve->n + cant->n;
     while (n < most && s < -LONG_BEFORE_M) {
@@ -153,18 +172,23 @@ static uint32_t merge(const struct cubics *curve, const struct cubics *cant, str
         struct kl_piece *p = &piece[n];
         *p = blank;
         p->start_m = (kl_real)s;
-        shift(&curve->at[i], s, p->curvature);
-        shift(&cant->at[j], s, p->cant);
+        shift(&curve->at[i], s, curvature);
+        shift(&cant->at[j], s, angle);
+        /* the way from piece 0 to piece 1 is none */
+        const kl_real length = p->start_m - p[-1].start_m;
+        kl_layout_set(p, curvature, angle, kl_layout_heading(p - 1, length),
+                      kl_layout_offset(p - 1, length));
+        join(p, p - 1, length);
         if (n > 1u) {
-            join(p, p - 1);
-            const double length = (double)(p->start_m - p[-1].start_m);
-            *shortest = length < *shortest ? length : *shortest;
+            *shortest = (double)length < *shortest ? (double)length : *shortest;
         }
         n++;
         const double a = next_border(curve, i);
         const double b = next_border(cant, j);
         s = a < b ? a : b;
     }
+    piece[n] = piece[n - 1u];
+    piece[n + 1u] = piece[n - 1u];
     return n;
 }
 
@@ -208,7 +232,7 @@ static enum kl_status build_layout(const struct kl_track_def *def, struct kl_are
         return kl_report(diag, KL_ERR_CAPACITY, "track: more than 256 ramps", -1,
                          def->n_curvature > def->n_cant ? def->n_curvature : def->n_cant);
     }
-    const uint32_t most = (def->n_curvature + def->n_cant) * HALF_SINE_PIECES + 4u;
+    const uint32_t most = (def->n_curvature + def->n_cant) * HALF_SINE_PIECES + 6u;
     struct kl_piece *piece = kl_arena_take(arena, most, sizeof *piece);
     if (piece == NULL) {
         return kl_report(diag, KL_ERR_MEMORY, "track pieces", -1, (double)arena->wanted);

@@ -462,7 +462,7 @@ uint64_t kl_model_hash(const struct kl_model *m) {
     h = hash_struts(h, &m->struts);
     h = hash_u32(hash_u32(h, m->track.n_pieces), m->track.n_bins);
     h = hash_real(h, m->track.inv_bin_1_m);
-    h = kl_hash_bytes(h, m->track.piece, m->track.n_pieces * sizeof(struct kl_piece));
+    h = kl_hash_bytes(h, m->track.piece, (m->track.n_pieces + 2u) * sizeof(struct kl_piece));
     h = kl_hash_bytes(h, m->track.bin, m->track.n_bins * sizeof(uint16_t));
     h = hash_u32(h, m->track.irregularity != NULL ? m->track.n_samples : 0u);
     if (m->track.irregularity != NULL) {

@@ -292,21 +292,23 @@ static void pieces(FILE *f, const struct kl_track *t, const char *name) {
     if (t->n_pieces > 0) {
         fprintf(f, "static const struct kl_piece %s_piece[] = {\n", name);
     }
-    for (uint32_t i = 0; i < t->n_pieces; i++) {
+    for (uint32_t i = 0; t->n_pieces > 0 && i < t->n_pieces + 2; i++) {
         const struct kl_piece *piece = &t->piece[i];
         fputs("    {", f);
         field(f, "start_m", piece->start_m);
-        fputs(".curvature = ", f);
-        reals(f, piece->curvature, 4);
-        fputs(",\n     .cant = ", f);
-        reals(f, piece->cant, 4);
-        fputs(",\n     ", f);
-        field(f, "heading_rad", piece->heading_rad);
-        field(f, "offset_m", piece->offset_m);
-        fputs("\n     ", f);
         field(f, "path_x_m", piece->path_x_m);
         field(f, "path_y_m", piece->path_y_m);
-        fputs("},\n", f);
+        fputs(".power = {", f);
+        for (int k = 0; k < KL_LAYOUT_POWERS; k++) {
+            fputs("\n      ", f);
+            reals(f, &piece->power[k].curvature, 4);
+            fputc(',', f);
+        }
+        fputs("},\n     .cant_power = {", f);
+        for (int k = 0; k < KL_CANT_POWERS; k++) {
+            reals(f, &piece->cant_power[k].first, 2);
+            fputs(k + 1 < KL_CANT_POWERS ? ", " : "}},\n", f);
+        }
     }
     fputs(t->n_pieces > 0 ? "};\n" : "", f);
     if (t->n_bins > 0) {
@@ -457,11 +459,11 @@ void emit_model(FILE *file, const struct kl_model *model, const char *name) {
 
 size_t emit_model_bytes(const struct kl_model *m) {
     const struct kl_suspension *s = &m->suspension;
-    size_t bytes = sizeof *m + m->n_bodies * sizeof *m->bodies +
-                   m->n_wheelsets * sizeof *m->wheelsets + m->n_pairs * sizeof *m->pairs +
-                   (3 * kl_count_twins(s) + s->n_entries) * sizeof(uint16_t) +
-                   2 * s->n_entries * sizeof(struct kl_spring) +
-                   m->track.n_pieces * sizeof(struct kl_piece) + m->track.n_bins * sizeof(uint16_t);
+    size_t bytes =
+        sizeof *m + m->n_bodies * sizeof *m->bodies + m->n_wheelsets * sizeof *m->wheelsets +
+        m->n_pairs * sizeof *m->pairs + (3 * kl_count_twins(s) + s->n_entries) * sizeof(uint16_t) +
+        2 * s->n_entries * sizeof(struct kl_spring) +
+        (m->track.n_pieces + 2) * sizeof(struct kl_piece) + m->track.n_bins * sizeof(uint16_t);
     const struct kl_struts *struts = &m->struts;
     bytes += (kl_count_struts(struts) + struts->n_terms + struts->n_actuators) * sizeof(uint16_t) +
              struts->n_terms * sizeof(kl_real) + struts->n_slips * sizeof(struct kl_slip) +
