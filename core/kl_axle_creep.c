@@ -4,19 +4,18 @@
 #include "kl_creep_lanes.h"
 #include "kl_saturate.h"
 
-static void use(const kl_both *expected, struct kl_contact_forces *restrict contact) {
-    KL_EACH_LANE(g) {
-        const kl_lane n = kl_lane_max(KL_LANE(*expected, g), kl_lane_all(KL_R(1)));
-        const kl_lane y = kl_lane_inverse_cbrt(n, KL_CBRT_ROUNDS);
-        KL_LANE(contact->used, g) = n;
-        KL_LANE(contact->inv_root, g) = y;
-        KL_LANE(contact->inv_used, g) = y * (y * y);
-    }
-}
-
 void kl_axle_expect(const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
-    use(&axle->expected, &forces->tread);
-    use(&axle->flange.normal, &forces->flange);
+    struct kl_contact_forces *tread = &forces->tread;
+    struct kl_contact_forces *flange = &forces->flange;
+    KL_EACH_WIDE(h) {
+        const kl_wide n =
+            kl_wide_max(KL_WIDE_OF(axle->expected, axle->flange.normal, h), kl_wide_all(KL_R(1)));
+        const kl_wide y = kl_wide_inverse_cbrt(n, KL_CBRT_ROUNDS);
+        const kl_wide inv = y * (y * y);
+        KL_WIDE_PUT(tread->used, flange->used, h, n);
+        KL_WIDE_PUT(tread->inv_root, flange->inv_root, h, y);
+        KL_WIDE_PUT(tread->inv_used, flange->inv_used, h, inv);
+    }
 }
 
 /* Friction that falls with the velocity of slip. */

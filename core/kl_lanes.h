@@ -173,6 +173,7 @@ static inline kl_lane kl_lane_min(kl_lane a, kl_lane b) {
 #if KL_LANES == 2 && (defined(__AVX__) || defined(KL_REAL_FLOAT))
 #define KL_WIDE 4
 typedef kl_real kl_wide __attribute__((vector_size(4 * sizeof(kl_real))));
+typedef kl_real_bits kl_wide_bits __attribute__((vector_size(4 * sizeof(kl_real))));
 
 /* Part h of four neighbours in memory, on no particular border. */
 static inline kl_wide kl_wide_load(const kl_real *from, int h) {
@@ -201,6 +202,19 @@ static inline void kl_wide_mix(kl_wide a, kl_wide b, kl_lane mixed[4]) {
     mixed[2] = _mm256_extractf128_pd(even, 1);
     mixed[3] = _mm256_extractf128_pd(odd, 1);
 }
+/* Two values of both sides as four, and back. */
+static inline kl_wide kl_wide_join(kl_lane a, kl_lane b) {
+    return _mm256_insertf128_pd(_mm256_castpd128_pd256(a), b, 1);
+}
+static inline kl_lane kl_wide_first(kl_wide x) {
+    return _mm256_castpd256_pd128(x);
+}
+static inline kl_lane kl_wide_second(kl_wide x) {
+    return _mm256_extractf128_pd(x, 1);
+}
+static inline kl_wide kl_wide_max(kl_wide a, kl_wide b) {
+    return _mm256_max_pd(a, b);
+}
 /* The sums of the first two of four, and of the others. */
 static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *second) {
     const kl_lane sums = _mm_hadd_pd(_mm256_castpd256_pd128(*x), _mm256_extractf128_pd(*x, 1));
@@ -219,6 +233,22 @@ static inline void kl_wide_mix(kl_wide a, kl_wide b, kl_lane mixed[4]) {
         mixed[i] = (kl_lane){a[i], b[i]};
     }
 }
+static inline kl_wide kl_wide_join(kl_lane a, kl_lane b) {
+    const kl_wide x = {a[0], a[1], b[0], b[1]};
+    return x;
+}
+static inline kl_lane kl_wide_first(kl_wide x) {
+    const kl_lane a = {x[0], x[1]};
+    return a;
+}
+static inline kl_lane kl_wide_second(kl_wide x) {
+    const kl_lane b = {x[2], x[3]};
+    return b;
+}
+static inline kl_wide kl_wide_max(kl_wide a, kl_wide b) {
+    const kl_wide_bits first = (kl_wide_bits)(a > b);
+    return (kl_wide)((first & (kl_wide_bits)a) | (~first & (kl_wide_bits)b));
+}
 static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *second) {
     *first = (*x)[0] + (*x)[1];
     *second = (*x)[2] + (*x)[3];
@@ -228,6 +258,7 @@ static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *secon
 #else
 #define KL_WIDE KL_LANES
 typedef kl_lane kl_wide;
+typedef kl_lane_bits kl_wide_bits;
 
 static inline kl_wide kl_wide_load(const kl_real *from, int h) {
     return kl_lane_load(&from[KL_WIDE * h], 0);
@@ -247,8 +278,33 @@ static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *secon
     *second = x[2] + x[3];
 #endif
 }
+static inline kl_wide kl_wide_max(kl_wide a, kl_wide b) {
+    return kl_lane_max(a, b);
+}
 #endif
 #define KL_EACH_WIDE(h) KL_UNROLL_WIDE for (int h = 0; h < 4 / KL_WIDE; h++)
+
+/* Part h of what two contacts have of either side; and where it belongs. */
+#if KL_WIDE == 4
+#define KL_WIDE_OF(a, b, h) kl_wide_join(a, b)
+#define KL_WIDE_PUT(a, b, h, x) ((a) = kl_wide_first(x), (b) = kl_wide_second(x))
+#else
+#define KL_WIDE_PART(h) ((h) % (KL_SIDES / KL_LANES))
+#define KL_WIDE_OF(a, b, h)                                                                        \
+    ((h) < KL_SIDES / KL_LANES ? KL_LANE(a, KL_WIDE_PART(h)) : KL_LANE(b, KL_WIDE_PART(h)))
+#define KL_WIDE_PUT(a, b, h, x)                                                                    \
+    (*((h) < KL_SIDES / KL_LANES ? &KL_LANE(a, KL_WIDE_PART(h)) : &KL_LANE(b, KL_WIDE_PART(h))) = x)
+#endif
+
+/* The same value in every part. */
+static inline kl_wide kl_wide_all(kl_real x) {
+#if KL_WIDE == 4
+    const kl_wide all = {x, x, x, x};
+    return all;
+#else
+    return kl_lane_of(x, x, 0);
+#endif
+}
 
 /*
  * Two neighbouring columns of a row pair of either side, linear in between: from a (right and left)

@@ -76,16 +76,16 @@ static inline kl_lane kl_lane_sqrt(kl_lane x) {
 #define KL_CBRT_BASE 6010657554384862.0
 #define KL_CBRT_ROUNDS 4
 #endif
-static inline kl_lane kl_lane_inverse_cbrt(kl_lane x, int rounds) {
+static inline kl_wide kl_wide_inverse_cbrt(kl_wide x, int rounds) {
     union {
-        kl_lane value;
-        kl_lane_bits bits;
+        kl_wide value;
+        kl_wide_bits bits;
     } u = {.value = x};
     u.bits = (u.bits >> KL_CBRT_SHIFT) | KL_CBRT_UNIT;
     u.value = KL_R(KL_CBRT_BASE) - u.value * KL_R(1.0 / 3.0);
     u.bits = u.bits << KL_CBRT_SHIFT;
-    kl_lane y = u.value;
-    const kl_lane third = x * KL_R(1.0 / 3.0);
+    kl_wide y = u.value;
+    const kl_wide third = x * KL_R(1.0 / 3.0);
     for (int i = 0; i < rounds; i++) {
         y = y * (KL_R(4.0 / 3.0) - (third * y) * (y * y));
     }
@@ -93,7 +93,9 @@ static inline kl_lane kl_lane_inverse_cbrt(kl_lane x, int rounds) {
 }
 /* Within 4 units in the last place. */
 static inline kl_real kl_inverse_cbrt(kl_real x) {
-    return kl_lane_first(kl_lane_inverse_cbrt(kl_lane_all(x), KL_CBRT_ROUNDS));
+    kl_real root[4];
+    kl_wide_store(root, 0, kl_wide_inverse_cbrt(kl_wide_all(x), KL_CBRT_ROUNDS));
+    return root[0];
 }
 
 /*
