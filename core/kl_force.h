@@ -3,8 +3,8 @@
  *
  * A step knows no elements: their linear parts are one matrix. Their forces are found afterwards from
  * the definition that the model was built from, and cost a step nothing. First
- * kl_observe(model, state, input, output, work), then these with the same `work`, which it leaves
- * filled.
+ * kl_observe(model, state, input, output, work), then these with the same `work`, which nobody may have
+ * used in between: they read the evaluation that kl_observe leaves in it.
  *
  * Signs: deflection and rate are those of end a less those of end b; a positive force pulls end a
  * back and end b along: tension, where the element lies on a line with a at the far end. N, or N m

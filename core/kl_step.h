@@ -167,9 +167,9 @@ struct kl_output {
 };
 
 /*
- * Where an evaluation puts what it works out on the way, so that a step needs little stack. Opaque,
- * and without meaning between two calls: nothing of it ever reaches a state or an output, and it
- * need not be cleared. Any number of vehicles and models that are stepped in turn can share one; two
+ * Where an evaluation puts what it works out on the way, so that a step needs little stack. Opaque;
+ * nothing of it ever reaches a state or an output, no call reads what another has left, and it need
+ * not be cleared. The one exception is kl_force.h, which reads what kl_observe has just left there. Any number of vehicles and models that are stepped in turn can share one; two
  * threads need two.
  */
 #define KL_WORK_REALS                                                                              \

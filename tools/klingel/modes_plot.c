@@ -8,7 +8,7 @@
 
 #define TWO_PI 6.283185307179586
 #define NAMED 6u        /* tracks with a colour of their own */
-#define DAMPED_MOST 0.9 /* beyond, a mode is not shown in the root locus */
+#define DAMPED_MOST 0.6 /* beyond, a mode is not shown in the root locus */
 
 enum axis { REAL, FREQUENCY, DAMPING, SPEED };
 
@@ -81,7 +81,7 @@ int modes_plot_locus(const char *path, const struct kl_model *model,
     int status = room[0] != NULL && room[1] != NULL
                      ? cli_plot_open(&plot, path, title,
                                      "the least damped modes in colour; dots: lowest speed; modes "
-                                     "damped by more than 90 % are left out")
+                                     "damped by more than 60 % are left out")
                      : cli_fail("out of memory");
     if (status == CLI_OK) {
         cli_plot_panel(&plot, &(struct cli_plot_panel){.title = "Root locus",
