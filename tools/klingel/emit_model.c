@@ -26,6 +26,24 @@ static void field(FILE *f, const char *name, kl_real value) {
     fputs(", ", f);
 }
 
+/* Several fields, three to a line; `indent` begins the next one. */
+struct named {
+    const char *name;
+    kl_real value;
+};
+#define OF(whole, member)                                                                          \
+    { #member, (whole)->member }
+#define FIELDS(f, indent, ...)                                                                     \
+    fields(f, indent, (const struct named[]){__VA_ARGS__},                                         \
+           sizeof((const struct named[]){__VA_ARGS__}) / sizeof(struct named))
+
+static void fields(FILE *f, const char *indent, const struct named *named, size_t n) {
+    for (size_t i = 0; i < n; i++) {
+        fputs(i > 0 && i % 3 == 0 ? indent : "", f);
+        field(f, named[i].name, named[i].value);
+    }
+}
+
 static void words(FILE *f, const char *name, const char *what, const uint16_t *values, size_t n) {
     fprintf(f, "static const uint16_t %s_%s[] = {", name, what);
     for (size_t i = 0; i < n; i++) {
@@ -50,8 +68,7 @@ static void bodies(FILE *f, const struct kl_model *m, const char *name) {
         fputs(",\n     .inverse = ", f);
         reals(f, b->inverse, KL_FREEDOMS);
         fputs(",\n     ", f);
-        field(f, "x_m", b->x_m);
-        field(f, "z_m", b->z_m);
+        FIELDS(f, "\n     ", OF(b, x_m), OF(b, z_m));
         fprintf(f, ".freedoms = %" PRIu32 "},\n", b->freedoms);
     }
     fputs("};\n\n", f);
@@ -69,16 +86,8 @@ static void creep(FILE *f, const struct kl_creep_def *c) {
     fprintf(f, ".creep = {.law = %s, ", law_name[c->law]);
     field(f, "friction", c->friction);
     fprintf(f, ".falls = %" PRIu32 ", ", c->falls);
-    field(f, "falling_ratio", c->falling_ratio);
-    fputs("\n     ", f);
-    field(f, "falling_decay_s_m", c->falling_decay_s_m);
-    field(f, "k_a", c->k_a);
-    field(f, "k_s", c->k_s);
-    field(f, "f11_N", c->f11_N);
-    fputs("\n     ", f);
-    field(f, "f22_N", c->f22_N);
-    field(f, "f23_Nm", c->f23_Nm);
-    field(f, "f33_Nm2", c->f33_Nm2);
+    FIELDS(f, "\n     ", OF(c, falling_ratio), OF(c, falling_decay_s_m), OF(c, k_a), OF(c, k_s),
+           OF(c, f11_N), OF(c, f22_N), OF(c, f23_Nm), OF(c, f33_Nm2));
     fputs("}", f);
 }
 
@@ -87,15 +96,8 @@ static void wheelsets(FILE *f, const struct kl_model *m, const char *name) {
     for (uint32_t i = 0; i < m->n_wheelsets; i++) {
         const struct kl_wheelset *w = &m->wheelsets[i];
         fprintf(f, "    {.name = \"%s\", ", w->name);
-        field(f, "mass_kg", w->mass_kg);
-        fputs("\n     ", f);
-        field(f, "inertia_roll_kgm2", w->inertia_roll_kgm2);
-        field(f, "inertia_spin_kgm2", w->inertia_spin_kgm2);
-        fputs("\n     ", f);
-        field(f, "inertia_yaw_kgm2", w->inertia_yaw_kgm2);
-        field(f, "inv_spin_1_kgm2", w->inv_spin_1_kgm2);
-        field(f, "inv_yaw_1_kgm2", w->inv_yaw_1_kgm2);
-        field(f, "x_m", w->x_m);
+        FIELDS(f, "\n     ", OF(w, mass_kg), OF(w, inertia_roll_kgm2), OF(w, inertia_spin_kgm2),
+               OF(w, inertia_yaw_kgm2), OF(w, inv_spin_1_kgm2), OF(w, inv_yaw_1_kgm2), OF(w, x_m));
         fputs("\n     .preload = ", f);
         reals(f, w->preload, 4);
         fputs(",\n     ", f);
@@ -147,10 +149,8 @@ static void flanges(FILE *f, const struct kl_pair *pair, const char *name, uint3
         for (uint32_t i = 0; i < pair->flange[s].n_rows; i++) {
             const struct kl_flange_row *row = &pair->flange[s].rows[i];
             fputs("    {", f);
-            field(f, "place_m", row->place_m);
-            field(f, "place_h", row->place_h);
-            field(f, "inv_sin", row->inv_sin);
-            field(f, "inv_cos", row->inv_cos);
+            FIELDS(f, "\n     ", OF(row, place_m), OF(row, place_h), OF(row, inv_sin),
+                   OF(row, inv_cos));
             fputs("\n     .contact = ", f);
             contact_row(f, &row->contact);
             fputs("},\n", f);
@@ -194,12 +194,8 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
             fputs("},\n", f);
         }
         fprintf(f, "     },\n     .half = %" PRIu32 ", ", p->half);
-        field(f, "step_m", p->step_m);
-        field(f, "inv_step_1_m", p->inv_step_1_m);
-        fputs("\n     ", f);
-        field(f, "range_m", p->range_m);
-        field(f, "base_m", p->base_m);
-        field(f, "inv_base_1_m", p->inv_base_1_m);
+        FIELDS(f, "\n     ", OF(p, step_m), OF(p, inv_step_1_m), OF(p, range_m), OF(p, base_m),
+               OF(p, inv_base_1_m));
         fputs("\n     .share = ", f);
         reals(f, p->share, KL_SIDES);
         fputs(", .tread_end = ", f);
@@ -207,11 +203,8 @@ static void pairs(FILE *f, const struct kl_model *m, const char *name) {
         fputs(",\n     .central_tan = ", f);
         reals(f, p->central_tan, KL_SIDES);
         fputs(", ", f);
-        field(f, "gives", p->gives);
-        field(f, "radius_m", p->radius_m);
-        fputs("\n     ", f);
-        field(f, "flange_stiffness_N_m", p->flange_stiffness_N_m);
-        field(f, "flange_damping_Ns_m", p->flange_damping_Ns_m);
+        FIELDS(f, "\n     ", OF(p, gives), OF(p, radius_m), OF(p, flange_stiffness_N_m),
+               OF(p, flange_damping_Ns_m));
         fprintf(f, ".law = %s, .n_shapes = %" PRIu32, law_name[p->law], p->n_shapes);
         fputs("},\n", f);
     }
@@ -243,12 +236,8 @@ static void slips(FILE *f, const struct kl_struts *s, const char *name) {
     for (uint32_t i = 0; i < s->n_slips; i++) {
         const struct kl_slip *slip = &s->slip[i];
         fputs("    {", f);
-        field(f, "k", slip->k);
-        field(f, "inv_c", slip->inv_c);
-        field(f, "most_m", slip->most_m);
-        fputs("\n     ", f);
-        field(f, "gain", slip->gain);
-        field(f, "carry", slip->carry);
+        FIELDS(f, "\n     ", OF(slip, k), OF(slip, inv_c), OF(slip, most_m), OF(slip, gain),
+               OF(slip, carry));
         fputs("},\n", f);
     }
     fputs("};\n", f);
@@ -259,8 +248,7 @@ static void bends(FILE *f, const struct kl_struts *s, const char *name) {
     fprintf(f, "static const struct kl_bend %s_bend[] = {\n", name);
     for (uint32_t i = 0; i < s->n_bends; i++) {
         fputs("    {", f);
-        field(f, "at", s->bend[i].at);
-        field(f, "slope", s->bend[i].slope);
+        FIELDS(f, "\n     ", OF(&s->bend[i], at), OF(&s->bend[i], slope));
         fputs("},\n", f);
     }
     fputs(s->n_bends > 0 ? "};\n" : "    {0}};\n", f);
@@ -295,9 +283,7 @@ static void pieces(FILE *f, const struct kl_track *t, const char *name) {
     for (uint32_t i = 0; t->n_pieces > 0 && i < t->n_pieces + 2; i++) {
         const struct kl_piece *piece = &t->piece[i];
         fputs("    {", f);
-        field(f, "start_m", piece->start_m);
-        field(f, "path_x_m", piece->path_x_m);
-        field(f, "path_y_m", piece->path_y_m);
+        FIELDS(f, "\n     ", OF(piece, start_m), OF(piece, path_x_m), OF(piece, path_y_m));
         fputs(".power = {", f);
         for (int k = 0; k < KL_LAYOUT_POWERS; k++) {
             fputs("\n      ", f);
@@ -347,11 +333,8 @@ static void track_fields(FILE *f, const struct kl_track *t, const char *name) {
         fprintf(f, " .irregularity = %s_irregularity,", name);
     }
     fprintf(f, "\n              .n_samples = %" PRIu32 ", ", t->n_samples);
-    field(f, "inv_bin_1_m", t->inv_bin_1_m);
-    field(f, "start_m", t->start_m);
-    fputs("\n              ", f);
-    field(f, "step_m", t->step_m);
-    field(f, "inv_step_1_m", t->inv_step_1_m);
+    FIELDS(f, "\n              ", OF(t, inv_bin_1_m), OF(t, start_m), OF(t, step_m),
+           OF(t, inv_step_1_m));
     fputs("},\n", f);
 }
 
@@ -392,19 +375,12 @@ static void definition(FILE *f, const struct kl_model *m, const char *name) {
             "    .version = %" PRIu32 ", .real_bytes = %" PRIu32 ", .name = \"%s\",\n"
             "    .step_ns = INT64_C(%" PRId64 "), ",
             m->version, m->real_bytes, m->name, m->step_ns);
-    field(f, "step_s", m->step_s);
-    fputs("\n    ", f);
-    field(f, "gravity_m_s2", m->gravity_m_s2);
-    field(f, "acceleration_limit_m_s2", m->acceleration_limit_m_s2);
+    FIELDS(f, "\n    ", OF(m, step_s), OF(m, gravity_m_s2), OF(m, acceleration_limit_m_s2));
     if (m->running.free != 0) {
         const struct kl_running *r = &m->running;
         fprintf(f, "\n    .running = {.free = %" PRIu32 ", ", r->free);
-        field(f, "mass_kg", r->mass_kg);
-        field(f, "rolling_kg", r->rolling_kg);
-        fputs("\n                ", f);
-        field(f, "resistance_N", r->resistance_N);
-        field(f, "resistance_Ns_m", r->resistance_Ns_m);
-        field(f, "resistance_Ns2_m2", r->resistance_Ns2_m2);
+        FIELDS(f, "\n                ", OF(r, mass_kg), OF(r, rolling_kg), OF(r, resistance_N),
+               OF(r, resistance_Ns_m), OF(r, resistance_Ns2_m2));
         fputs("},", f);
     }
     fprintf(f,

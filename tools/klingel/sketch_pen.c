@@ -45,6 +45,10 @@ struct sketch_point sketch_project(const struct sketch_view *view, const double 
                                  view->origin[1] + view->scale * up};
 }
 
+bool sketch_is_shown(const struct sketch_view *v, double x_m) {
+    return x_m >= v->low_x_m && x_m <= v->high_x_m;
+}
+
 static void put_point(struct sketch *s, struct sketch_stroke *stroke, struct sketch_point at) {
     if (stroke->n == stroke->size) {
         const size_t size = stroke->size > 0 ? 2 * stroke->size : 256;
@@ -124,116 +128,71 @@ void sketch_balloon(struct sketch *s, struct sketch_point at, const char *text) 
     cli_plot_word(&s->plot, CLI_PLOT_INK, &word);
 }
 
+/* ---- what keeps apart ---- */
+
+void sketch_take_place(struct sketch_view *v, struct sketch_point at) {
+    if (v->n_places < SKETCH_MAX_PLACES) {
+        v->place[v->n_places][0] = at.x;
+        v->place[v->n_places][1] = at.y;
+        v->n_places++;
+    }
+}
+
+static double room_at(const struct sketch_view *v, struct sketch_point at) {
+    double least = HUGE_VAL;
+    for (size_t i = 0; i < v->n_places; i++) {
+        least = fmin(least, hypot(v->place[i][0] - at.x, v->place[i][1] - at.y));
+    }
+    return least;
+}
+
+/* Nearer places are tried first. */
+void sketch_number(struct sketch_view *v, struct sketch_point at, const char *text) {
+    static const double radii[] = {4.2, 5.6, 7.5, 9.5};
+    const double enough = 3.9;
+    struct sketch_point best = at;
+    double most = -1.0;
+    for (size_t r = 0; r < sizeof radii / sizeof radii[0] && most < enough; r++) {
+        for (int i = 0; i < 12; i++) {
+            const double angle = (1.5 + i) * 0.5235987755982988;
+            const struct sketch_point there = {at.x + radii[r] * cos(angle),
+                                               at.y + radii[r] * sin(angle)};
+            const double room = room_at(v, there);
+            if (room > most + 1e-6) {
+                most = room;
+                best = there;
+            }
+        }
+    }
+    sketch_line(v->sketch, SKETCH_DIMENSION, at, best);
+    sketch_balloon(v->sketch, best, text);
+    sketch_take_place(v, best);
+}
+
 /* ---- symbols ---- */
 
-#define GAP                                                                                        \
-    { NAN, 0 }
+#define GAP (float)NAN, 0
 #define MAX_CORNERS 32
 
-/* Each along its length, 0 to 1, and across, in half widths. */
-struct corner {
-    float along;
-    float across;
-};
+/* Corners of each: along its length, 0 to 1, and across, in half widths. */
 static const struct shape {
     size_t n;
-    struct corner corner[MAX_CORNERS];
+    float corner[2 * MAX_CORNERS];
 } shapes[SKETCH_SYMBOLS] = {
-    [SKETCH_IS_SPRING] = {11,
-                          {{0, 0},
-                           {.14f, 0},
-                           {.19f, 1},
-                           {.29f, -1},
-                           {.39f, 1},
-                           {.49f, -1},
-                           {.59f, 1},
-                           {.69f, -1},
-                           {.79f, 1},
-                           {.86f, 0},
-                           {1, 0}}},
-    [SKETCH_IS_DAMPER] = {13,
-                          {{0, 0},
-                           {.5f, 0},
-                           GAP,
-                           {.5f, .7f},
-                           {.5f, -.7f},
-                           GAP,
-                           {.3f, 1},
-                           {.72f, 1},
-                           {.72f, -1},
-                           {.3f, -1},
-                           GAP,
-                           {.72f, 0},
-                           {1, 0}}},
-    [SKETCH_IS_STOP] = {13,
-                        {{0, 0},
-                         {.36f, 0},
-                         GAP,
-                         {.36f, 1},
-                         {.36f, -1},
-                         GAP,
-                         {.54f, 1},
-                         {.54f, -1},
-                         {.8f, 0},
-                         {.54f, 1},
-                         GAP,
-                         {.8f, 0},
-                         {1, 0}}},
-    [SKETCH_IS_SERIES] = {19,
-                          {{0, 0},
-                           {.06f, 0},
-                           {.1f, 1},
-                           {.17f, -1},
-                           {.24f, 1},
-                           {.31f, -1},
-                           {.38f, 1},
-                           {.43f, 0},
-                           {.64f, 0},
-                           GAP,
-                           {.64f, .7f},
-                           {.64f, -.7f},
-                           GAP,
-                           {.52f, 1},
-                           {.82f, 1},
-                           {.82f, -1},
-                           {.52f, -1},
-                           GAP,
-                           {.82f, 0}}},
-    [SKETCH_IS_FRICTION] = {14,
-                            {{0, .3f},
-                             {.75f, .3f},
-                             GAP,
-                             {.25f, -.3f},
-                             {1, -.3f},
-                             GAP,
-                             {.3f, .3f},
-                             {.4f, 1},
-                             GAP,
-                             {.6f, .3f},
-                             {.7f, 1},
-                             GAP,
-                             {.45f, -.3f},
-                             {.35f, -1}}},
-    [SKETCH_IS_ACTUATOR] = {19,
-                            {{0, 0},
-                             {.2f, 0},
-                             GAP,
-                             {.2f, 1},
-                             {.8f, 1},
-                             {.8f, -1},
-                             {.2f, -1},
-                             {.2f, 1},
-                             GAP,
-                             {.8f, 0},
-                             {1, 0},
-                             GAP,
-                             {.32f, 0},
-                             {.68f, 0},
-                             GAP,
-                             {.52f, .5f},
-                             {.68f, 0},
-                             {.52f, -.5f},
-                             GAP}},
+    [SKETCH_IS_SPRING] = {11, {0,  0,    .14f, 0,    .19f, 1,    .29f, -1,   .39f, 1, .49f,
+                               -1, .59f, 1,    .69f, -1,   .79f, 1,    .86f, 0,    1, 0}},
+    [SKETCH_IS_DAMPER] = {13, {0,    0, .5f,  0,  GAP, .5f, .7f, .5f,  -.7f, GAP, .3f, 1,
+                               .72f, 1, .72f, -1, .3f, -1,  GAP, .72f, 0,    1,   0}},
+    [SKETCH_IS_STOP] = {13, {0,    0,  .36f, 0, GAP,  .36f, 1,   .36f, -1, GAP, .54f, 1,
+                             .54f, -1, .8f,  0, .54f, 1,    GAP, .8f,  0,  1,   0}},
+    [SKETCH_IS_SERIES] = {19, {0,    0, .06f, 0, .1f,  1,  .17f, -1,   .24f, 1,    .31f, -1,
+                               .38f, 1, .43f, 0, .64f, 0,  GAP,  .64f, .7f,  .64f, -.7f, GAP,
+                               .52f, 1, .82f, 1, .82f, -1, .52f, -1,   GAP,  .82f, 0}},
+    [SKETCH_IS_FRICTION] = {14, {0,   .3f, .75f, .3f, GAP, .25f, -.3f, 1,   -.3f, GAP,  .3f,  .3f,
+                                 .4f, 1,   GAP,  .6f, .3f, .7f,  1,    GAP, .45f, -.3f, .35f, -1}},
+    [SKETCH_IS_ACTUATOR] = {19, {0,   0,    .2f, 0,   GAP,  .2f, 1,    .8f, 1,    .8f,  -1,
+                                 .2f, -1,   .2f, 1,   GAP,  .8f, 0,    1,   0,    GAP,  .32f,
+                                 0,   .68f, 0,   GAP, .52f, .5f, .68f, 0,   .52f, -.5f, GAP}},
 };
 
 void sketch_symbol(struct sketch *s, enum sketch_symbol symbol, struct sketch_point a,
@@ -246,8 +205,8 @@ void sketch_symbol(struct sketch *s, enum sketch_symbol symbol, struct sketch_po
     }
     const double u[2] = {(b.x - a.x) / length, (b.y - a.y) / length};
     for (size_t i = 0; i < shape->n; i++) {
-        const double along = length * (double)shape->corner[i].along;
-        const double across = aside_mm + HALF_WIDTH_MM * (double)shape->corner[i].across;
+        const double along = length * (double)shape->corner[2 * i];
+        const double across = aside_mm + HALF_WIDTH_MM * (double)shape->corner[2 * i + 1];
         at[i] = (struct sketch_point){a.x + u[0] * along - u[1] * across,
                                       a.y + u[1] * along + u[0] * across};
     }

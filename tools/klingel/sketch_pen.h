@@ -74,6 +74,8 @@ struct sketch_point {
 /* A point of the vehicle on paper. */
 struct sketch_point sketch_project(const struct sketch_view *view, const double at_m[3]);
 
+bool sketch_is_shown(const struct sketch_view *view, double x_m);
+
 /* n points, joined. A NAN breaks the line. */
 void sketch_path(struct sketch *s, enum sketch_ink ink, const struct sketch_point *at, size_t n);
 void sketch_line(struct sketch *s, enum sketch_ink ink, struct sketch_point a,
@@ -92,6 +94,11 @@ void sketch_word(struct sketch *s, enum cli_plot_colour colour, struct sketch_po
                  double points, const char *text);
 /* A number in a circle. */
 void sketch_balloon(struct sketch *s, struct sketch_point at, const char *text);
+
+/* What stands at a place of a view keeps others away from it: a balloon beside `at` goes where there is
+ * most room. */
+void sketch_take_place(struct sketch_view *v, struct sketch_point at);
+void sketch_number(struct sketch_view *v, struct sketch_point at, const char *text);
 
 enum sketch_ink sketch_ink_of(enum sketch_symbol symbol);
 enum cli_plot_colour sketch_colour(enum sketch_ink ink);

@@ -1,7 +1,7 @@
-/* sketch_vehicle.c - a view of a vehicle. */
+/* sketch_vehicle.c - a view of a vehicle: its rails, wheelsets and bodies. */
 #include "sketch_vehicle.h"
 
-#include <string.h>
+#include "sketch_element.h"
 
 #define LEAST_HALF_M 0.12 /* of a box */
 #define CLEARANCE_M 0.05  /* of a box above the rail */
@@ -12,8 +12,6 @@
 #define RAIL_HEAD_M 0.072
 #define RAIL_HEIGHT_M 0.172
 #define LOW_BODY_M 1.2
-#define APART_MM 2.3 /* parallel symbols */
-#define LEAST_LINE_MM 2.5
 
 /* ---- sizes ---- */
 
@@ -72,47 +70,6 @@ void sketch_extent(const struct kl_vehicle_def *def, struct sketch_box_m *extent
     }
 }
 
-/* ---- what keeps apart ---- */
-
-static void take_place(struct sketch_view *v, struct sketch_point at) {
-    if (v->n_places < SKETCH_MAX_PLACES) {
-        v->place[v->n_places][0] = at.x;
-        v->place[v->n_places][1] = at.y;
-        v->n_places++;
-    }
-}
-
-static double room_at(const struct sketch_view *v, struct sketch_point at) {
-    double least = HUGE_VAL;
-    for (size_t i = 0; i < v->n_places; i++) {
-        least = fmin(least, hypot(v->place[i][0] - at.x, v->place[i][1] - at.y));
-    }
-    return least;
-}
-
-/* A balloon beside a symbol, where there is most room; nearer places are tried first. */
-static void put_number(struct sketch_view *v, struct sketch_point at, const char *text) {
-    static const double radii[] = {4.2, 5.6, 7.5, 9.5};
-    const double enough = 3.9;
-    struct sketch_point best = at;
-    double most = -1.0;
-    for (size_t r = 0; r < sizeof radii / sizeof radii[0] && most < enough; r++) {
-        for (int i = 0; i < 12; i++) {
-            const double angle = (1.5 + i) * 0.5235987755982988;
-            const struct sketch_point there = {at.x + radii[r] * cos(angle),
-                                               at.y + radii[r] * sin(angle)};
-            const double room = room_at(v, there);
-            if (room > most + 1e-6) {
-                most = room;
-                best = there;
-            }
-        }
-    }
-    sketch_line(v->sketch, SKETCH_DIMENSION, at, best);
-    sketch_balloon(v->sketch, best, text);
-    take_place(v, best);
-}
-
 /* ---- rails, wheelsets, bodies ---- */
 
 static void draw_rails(const struct sketch_view *v, const struct sketch_what *what) {
@@ -144,10 +101,6 @@ static void draw_rails(const struct sketch_view *v, const struct sketch_what *wh
                         sketch_project(v, (const double[3]){to, y, 0}));
         }
     }
-}
-
-static bool is_shown(const struct sketch_view *v, double x_m) {
-    return x_m >= v->low_x_m && x_m <= v->high_x_m;
 }
 
 /* A box of the vehicle, in this view; cut off where the view ends. */
@@ -229,12 +182,12 @@ static void draw_body(struct sketch_view *v, const struct sketch_what *what, uin
     struct sketch_box_m box;
     sketch_body_box(body, &box);
     draw_box(v, SKETCH_BODY, box.low, box.high);
-    if (!is_shown(v, body->x_m) || -body->z_m > v->top_m) {
+    if (!sketch_is_shown(v, body->x_m) || -body->z_m > v->top_m) {
         return;
     }
     draw_centre(v, centre);
     struct sketch_point at = sketch_project(v, centre);
-    take_place(v, at);
+    sketch_take_place(v, at);
     if (what->names) { /* above what stands on a low body, or in a high one */
         const bool low = box.high[2] - box.low[2] < LOW_BODY_M;
         at.y = low ? sketch_project(v, box.low).y + 5.5 : at.y + 3.4;
@@ -257,289 +210,6 @@ static bool seen_before(const struct sketch_view *v, const struct kl_vehicle_def
     return false;
 }
 
-/* ---- elements ---- */
-
-/* The axis of the vehicle that lies across the paper, up, and towards the eye. */
-static const int axis_across[3] = {0, 0, 1};
-static const int axis_up[3] = {2, 1, 2};
-static const int axis_eye[3] = {4, 5, 3};
-
-static double end_height(const struct kl_vehicle_def *def, int32_t end) {
-    return end >= KL_WHEELSET_END(0) ? 0.46 : end >= 0 ? -def->bodies[end].z_m : 0.0;
-}
-
-static double end_x(const struct kl_vehicle_def *def, int32_t end, double otherwise) {
-    return end >= KL_WHEELSET_END(0) ? def->wheelsets[end - KL_WHEELSET_END(0)].x_m
-           : end >= 0                ? def->bodies[end].x_m
-                                     : otherwise;
-}
-
-/* Where the symbol of one direction goes: from the element's place outwards, or centred on it. */
-static void symbol_ends(const struct sketch_view *v, const struct sketch_what *what,
-                        const struct kl_element_def *e, int axis, struct sketch_point ends[2]) {
-    double at_m[3];
-    sketch_place(e, at_m);
-    const struct sketch_point at = sketch_project(v, at_m);
-    const double length = v->symbol_mm;
-    double from[2] = {0.0, 0.0};
-    double to[2] = {0.0, 0.0};
-    const int upright = axis == axis_up[v->projection];
-    const double y_sign = at_m[1] < 0.0 ? -1.0 : 1.0;
-    if (axis == KL_ALONG_Z) {
-        const int32_t body = e->end_a >= 0 ? e->end_a : e->end_b;
-        const double sign = -at_m[2] >= end_height(what->def, body) ? 1.0 : -1.0;
-        from[1] = -0.5 * sign * length;
-        to[1] = 0.5 * sign * length;
-    } else if (axis == KL_ALONG_Y) {
-        /* from the end it begins beside what stands upright there */
-        from[upright] = upright ? 0.0 : 1.3 * APART_MM * y_sign;
-        to[upright] = from[upright] + (upright ? -y_sign : y_sign) * length;
-    } else {
-        const double near = at_m[0] - end_x(what->def, e->end_a, at_m[0]);
-        const double other = at_m[0] - end_x(what->def, e->end_b, at_m[0]);
-        const double towards = fabs(near) > fabs(other) ? near : other;
-        to[0] = (towards > 0.0 ? -1.0 : 1.0) * length;
-    }
-    ends[0] = (struct sketch_point){at.x + from[0], at.y + from[1]};
-    ends[1] = (struct sketch_point){at.x + to[0], at.y + to[1]};
-}
-
-static bool has_axis(const struct sketch_part *part, size_t n, int axis) {
-    for (size_t i = 0; i < n; i++) {
-        if (part[i].axis == axis) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* The parts of one direction, side by side. */
-static void draw_direction(struct sketch_view *v, const struct kl_element_def *e,
-                           const struct sketch_part *part, size_t n_parts, int axis,
-                           const struct sketch_point ends[2]) {
-    size_t n = 0;
-    size_t i = 0;
-    for (size_t p = 0; p < n_parts; p++) {
-        n += part[p].axis == axis ? 1u : 0u;
-    }
-    for (size_t p = 0; p < n_parts; p++) {
-        if (part[p].axis == axis) {
-            const double aside = APART_MM * ((double)i - 0.5 * (double)(n - 1));
-            sketch_symbol(v->sketch, part[p].symbol, ends[0], ends[1], aside);
-            i++;
-        }
-    }
-    if (n > 0 && (e->end_a == KL_GROUND_END || e->end_b == KL_GROUND_END)) {
-        sketch_ground(v->sketch, ends[0], ends[1]);
-    }
-    if (n > 0) {
-        take_place(
-            v, (struct sketch_point){0.5 * (ends[0].x + ends[1].x), 0.5 * (ends[0].y + ends[1].y)});
-    }
-}
-
-static bool draw_line_parts(struct sketch_view *v, const struct kl_element_def *e,
-                            const struct sketch_part *part, size_t n) {
-    const struct sketch_point ends[2] = {sketch_project(v, e->point_a_m),
-                                         sketch_project(v, e->point_b_m)};
-    if (!has_axis(part, n, KL_ALONG_LINE)) {
-        return false;
-    }
-    if (hypot(ends[1].x - ends[0].x, ends[1].y - ends[0].y) < LEAST_LINE_MM) {
-        sketch_circle(v->sketch, SKETCH_DIMENSION, ends[0], 0.8); /* end on */
-        return false;
-    }
-    sketch_circle(v->sketch, SKETCH_BODY, ends[0], 0.5);
-    sketch_circle(v->sketch, SKETCH_BODY, ends[1], 0.5);
-    draw_direction(v, e, part, n, KL_ALONG_LINE, ends);
-    return true;
-}
-
-/* What acts in roll alone, from above: a bar across with a lever at either end. */
-static void draw_roll_bar(struct sketch_view *v, const double at_m[3]) {
-    const struct sketch_point at = sketch_project(v, at_m);
-    const double half = 0.6 * v->scale;
-    const double lever = 0.5 * v->symbol_mm;
-    const struct sketch_point bar[4] = {{at.x + lever, at.y + half},
-                                        {at.x, at.y + half},
-                                        {at.x, at.y - half},
-                                        {at.x + lever, at.y - half}};
-    sketch_path(v->sketch, SKETCH_SPRING, bar, 4);
-    take_place(v, at);
-}
-
-/* True if there is anything of it to be seen from here. */
-static bool draw_element(struct sketch_view *v, const struct sketch_what *what, uint32_t i) {
-    const struct kl_element_def *e = &what->def->elements[i];
-    const int across = axis_across[v->projection];
-    const int up = axis_up[v->projection];
-    struct sketch_part part[SKETCH_MAX_PARTS];
-    const size_t n = sketch_parts(e, part);
-    struct sketch_point ends[2];
-    double at_m[3];
-    bool any = draw_line_parts(v, e, part, n);
-    sketch_place(e, at_m);
-    if (has_axis(part, n, up)) {
-        symbol_ends(v, what, e, up, ends);
-        draw_direction(v, e, part, n, up, ends);
-        any = true;
-    }
-    /* lengthwise springs show in the plan; in a side view only where they are alone */
-    if (has_axis(part, n, across) && (v->projection != SKETCH_SIDE || !any)) {
-        symbol_ends(v, what, e, across, ends);
-        draw_direction(v, e, part, n, across, ends);
-        any = true;
-    }
-    for (size_t p = 0; p < n; p++) {
-        if (part[p].axis == axis_eye[v->projection]) {
-            const struct sketch_point at = sketch_project(v, at_m);
-            sketch_turning(v->sketch, part[p].symbol, at,
-                           part[p].symbol == SKETCH_IS_SPRING ? 1.7 : 2.5);
-            take_place(v, at);
-            any = true;
-        }
-    }
-    if (!any && v->projection == SKETCH_PLAN && has_axis(part, n, KL_ALONG_ROLL)) {
-        draw_roll_bar(v, at_m);
-        any = true;
-    }
-    return any;
-}
-
-/* In side and end views those on the left, or behind another one, are not drawn. */
-static bool is_hidden(const struct sketch_view *v, const struct sketch_what *what, uint32_t i) {
-    double at[3];
-    sketch_place(&what->def->elements[i], at);
-    if (!is_shown(v, at[0]) || -at[2] > v->top_m) {
-        return true;
-    }
-    if (v->projection == SKETCH_SIDE) {
-        return at[1] < 0.0;
-    }
-    for (uint32_t j = 0; v->projection == SKETCH_END && j < i; j++) {
-        double other[3];
-        sketch_place(&what->def->elements[j], other);
-        if (what->groups->of_element[i] == what->groups->of_element[j] && is_shown(v, other[0]) &&
-            at[1] * other[1] >= 0.0) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static void draw_elements(struct sketch_view *v, const struct sketch_what *what) {
-    const struct kl_vehicle_def *def = what->def;
-    bool seen[KL_MAX_ELEMENTS] = {false};
-    bool numbered[KL_MAX_ELEMENTS] = {false};
-    for (uint32_t i = 0; i < def->n_elements; i++) {
-        seen[i] = !is_hidden(v, what, i) && draw_element(v, what, i);
-    }
-    for (uint32_t i = 0; i < def->n_elements; i++) {
-        double at_m[3];
-        sketch_place(&def->elements[i], at_m);
-        if (at_m[0] >= what->numbered_low_m && at_m[0] <= what->numbered_high_m) {
-            numbered[what->groups->of_element[i]] = true;
-        }
-    }
-    for (uint32_t i = 0; i < def->n_elements; i++) {
-        const uint32_t group = what->groups->of_element[i];
-        double at_m[3];
-        char text[12];
-        sketch_place(&def->elements[i], at_m);
-        if (seen[i] && !numbered[group]) {
-            snprintf(text, sizeof text, "%u", group + 1);
-            put_number(v, sketch_project(v, at_m), text);
-            numbered[group] = true;
-        }
-    }
-}
-
-/* ---- linkages: in the plan, between the centres that they tie ---- */
-
-static void centre_of(const struct kl_vehicle_def *def, int32_t end, double at[3]) {
-    at[0] = end_x(def, end, 0.0);
-    at[1] = 0.0;
-    at[2] = 0.0;
-}
-
-static void draw_linkage(struct sketch_view *v, const struct sketch_what *what, uint32_t i,
-                         bool number) {
-    const struct kl_linkage_def *linkage = &what->def->linkages[i];
-    const double aside = (i % 2 == 0 ? 1.0 : -1.0) * (0.16 + 0.1 * (double)(i / 2 % 3));
-    double x[2 * KL_MAX_TERMS];
-    uint32_t n = 0;
-    for (uint32_t t = 0; t < linkage->n_terms; t++) { /* sorted, each once */
-        double at[3];
-        uint32_t k = n;
-        centre_of(what->def, linkage->term[t].end, at);
-        for (; k > 0 && x[k - 1] > at[0]; k--) {
-            x[k] = x[k - 1];
-        }
-        x[k] = at[0];
-        n++;
-    }
-    struct sketch_point last = {0, 0};
-    struct sketch_point first = {0, 0};
-    bool any = false;
-    for (uint32_t t = 0; t < n; t++) {
-        const double inside = fmin(fmax(x[t], v->low_x_m), v->high_x_m);
-        const struct sketch_point at = sketch_project(v, (const double[3]){inside, aside, 0});
-        if (t > 0) {
-            sketch_line(v->sketch, SKETCH_LINKAGE, last, at);
-        } else {
-            first = at;
-        }
-        if (is_shown(v, x[t])) {
-            sketch_circle(v->sketch, SKETCH_BODY, at, 0.7);
-            any = true;
-        }
-        last = at;
-    }
-    if (number && any) {
-        char text[12];
-        snprintf(text, sizeof text, "%u", what->groups->of_linkage[i] + 1);
-        put_number(v, (struct sketch_point){0.5 * (first.x + last.x), last.y}, text);
-    }
-}
-
-static bool reaches_view(const struct sketch_view *v, const struct sketch_what *what, uint32_t i) {
-    const struct kl_linkage_def *linkage = &what->def->linkages[i];
-    for (uint32_t t = 0; t < linkage->n_terms; t++) {
-        if (is_shown(v, end_x(what->def, linkage->term[t].end, 0.0))) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* It is numbered elsewhere. */
-static bool ties_between(const struct sketch_what *what, uint32_t i) {
-    const struct kl_linkage_def *linkage = &what->def->linkages[i];
-    for (uint32_t t = 0; t < linkage->n_terms; t++) {
-        const double x = end_x(what->def, linkage->term[t].end, 0.0);
-        if (x >= what->numbered_low_m && x <= what->numbered_high_m) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static void draw_linkages(struct sketch_view *v, const struct sketch_what *what) {
-    bool numbered[KL_MAX_ELEMENTS + KL_MAX_LINKAGES] = {false};
-    for (uint32_t i = 0; i < what->def->n_linkages; i++) {
-        if (ties_between(what, i)) {
-            numbered[what->groups->of_linkage[i]] = true;
-        }
-    }
-    for (uint32_t i = 0; i < what->def->n_linkages; i++) {
-        const uint32_t group = what->groups->of_linkage[i];
-        if (reaches_view(v, what, i)) {
-            draw_linkage(v, what, i, !numbered[group]);
-            numbered[group] = true;
-        }
-    }
-}
-
 /* ---- all of it ---- */
 
 static void put_distance(const struct sketch_view *v, double x0, double x1, double down_mm) {
@@ -558,7 +228,7 @@ static void draw_distances(const struct sketch_view *v, const struct kl_vehicle_
     uint32_t n = 0;
     for (uint32_t i = 0; i < def->n_wheelsets; i++) {
         uint32_t k = n;
-        if (!is_shown(v, def->wheelsets[i].x_m)) {
+        if (!sketch_is_shown(v, def->wheelsets[i].x_m)) {
             continue;
         }
         for (; k > 0 && x[k - 1] > def->wheelsets[i].x_m; k--) {
@@ -580,7 +250,8 @@ void sketch_draw(struct sketch_view *view, const struct sketch_what *what) {
     bool wheels = false;
     draw_rails(view, what);
     for (uint32_t i = 0; i < def->n_wheelsets; i++) {
-        if (is_shown(view, def->wheelsets[i].x_m) && (view->projection != SKETCH_END || !wheels)) {
+        if (sketch_is_shown(view, def->wheelsets[i].x_m) &&
+            (view->projection != SKETCH_END || !wheels)) {
             draw_wheelset(view, what, i);
             wheels = true;
         }
@@ -590,9 +261,9 @@ void sketch_draw(struct sketch_view *view, const struct sketch_what *what) {
             draw_body(view, what, i);
         }
     }
-    draw_elements(view, what);
+    sketch_draw_elements(view, what);
     if (view->projection == SKETCH_PLAN) {
-        draw_linkages(view, what);
+        sketch_draw_linkages(view, what);
     }
     if (what->distances) {
         draw_distances(view, def);
