@@ -130,6 +130,35 @@ static inline uint32_t coast(const struct kl_model *model, struct kl_state *stat
     return faults;
 }
 
+/* Built, and at a speed. */
+static inline void set_going(struct vehicle *v, struct built *b, double speed_m_s,
+                             struct kl_state *state) {
+    build(v, b);
+    assert_int_equal(kl_init(&b->model, state, 0, (kl_real)speed_m_s, work()), KL_OK);
+}
+
+/* n steps without a fault. */
+static inline void run(const struct built *b, struct kl_state *state, const struct kl_input *input,
+                       int n, struct kl_output *output) {
+    for (int i = 0; i < n; i++) {
+        assert_int_equal(kl_step(&b->model, state, input, output, work()), 0);
+    }
+}
+
+/* n steps, a snapshot, and n more from it and without it: the same. `one` is what it is then, `other`
+ * the one restored. */
+static inline void go_on_from_snapshot(const struct built *b, const struct kl_input *input, int n,
+                                       struct kl_state *one, struct kl_state *other) {
+    static unsigned char bytes[KL_SNAPSHOT_SIZE];
+    size_t used = 0;
+    run(b, one, input, n, NULL);
+    assert_int_equal(kl_snapshot(&b->model, one, bytes, sizeof bytes, &used), KL_OK);
+    assert_int_equal(kl_restore(&b->model, other, bytes, used), KL_OK);
+    run(b, one, input, n, NULL);
+    run(b, other, input, n, NULL);
+    assert_true(kl_state_hash(one) == kl_state_hash(other));
+}
+
 /* ---- profiles ---- */
 
 #define MAX_PROFILE_POINTS 1000

@@ -18,11 +18,6 @@ static void free_wagon(struct vehicle *v, double a, double b, double c) {
     v->def.running.resistance_Ns2_m2 = c;
 }
 
-static void start(struct vehicle *v, struct built *b, double speed, struct kl_state *x) {
-    build(v, b);
-    assert_int_equal(kl_init(&b->model, x, 0, (kl_real)speed, work()), KL_OK);
-}
-
 static struct kl_input input_of(double torque_0, double torque_1, double draw) {
     struct kl_input input;
     kl_input_init(&input);
@@ -30,13 +25,6 @@ static struct kl_input input_of(double torque_0, double torque_1, double draw) {
     input.axle_torque_Nm[1] = (kl_real)torque_1;
     input.draw_force_N = (kl_real)draw;
     return input;
-}
-
-static void run(const struct built *b, struct kl_state *x, const struct kl_input *input, int n,
-                struct kl_output *o) {
-    for (int i = 0; i < n; i++) {
-        assert_int_equal(kl_step(&b->model, x, input, o, work()), 0);
-    }
 }
 
 static void it_knows_the_masses(void **state) {
@@ -67,7 +55,7 @@ static double coasting_error(double a, double b, double c, int64_t step_ns) {
     const double t = 60.0;
     free_wagon(&v, a, b, c);
     v.def.step_ns = step_ns;
-    start(&v, &built, 25.0, &x);
+    set_going(&v, &built, 25.0, &x);
     run(&built, &x, &none, (int)(t / (1e-9 * (double)step_ns) + 0.5), &o);
     unbuild(&built);
     const double want =
@@ -98,7 +86,7 @@ static void it_rolls_on(void **state) {
     struct kl_output o;
     const struct kl_input none = input_of(0.0, 0.0, 0.0);
     free_wagon(&v, 0.0, 0.0, 0.0);
-    start(&v, &b, 30.0, &x);
+    set_going(&v, &b, 30.0, &x);
     run(&b, &x, &none, 20000, &o);
     assert_near((double)x.speed_m_s, 30.0, 1e-9);
     assert_near((double)x.s_m, 600.0, 1e-6);
@@ -125,7 +113,7 @@ static void momentum_is_kept(void **state) {
         uint64_t seed = 7;
         free_wagon(&v, 0.0, 0.0, 0.0);
         v.wheelset[0].independent = independent;
-        start(&v, &b, 15.0, &x);
+        set_going(&v, &b, 15.0, &x);
         double before = 0.0;
         double p = momentum(&b.model, &x);
         double largest = 0.0;
@@ -161,7 +149,7 @@ static void torque_accelerates(void **state) {
     free_wagon(&v, 0.0, 0.0, 0.0);
     v.wheelset[0].creep = constant_creep();
     v.wheelset[1].creep = constant_creep();
-    start(&v, &b, 0.0, &x);
+    set_going(&v, &b, 0.0, &x);
     run(&b, &x, &input, 30000, &o);
     const double a = force / ROLLING;
     assert_near((double)x.speed_m_s, a * (30.0 - 0.0005), 1e-3 * a);
@@ -185,7 +173,7 @@ static void adhesion_limits_the_effort(void **state) {
         struct kl_output o;
         struct kl_input input = input_of(60e3, 60e3, 0.0);
         free_wagon(&v, 0.0, 0.0, 0.0);
-        start(&v, &b, 5.0, &x);
+        set_going(&v, &b, 5.0, &x);
         for (int w = 0; w < 2; w++) {
             input.friction_factor[w][KL_RIGHT] = (kl_real)factor[i];
             input.friction_factor[w][KL_LEFT] = (kl_real)factor[i];
@@ -224,7 +212,7 @@ static void braking_ends_in_rest(void **state) {
         const struct kl_input input = input_of(-torque[i], -torque[i], 0.0);
         const double a = 2.0 * torque[i] / R0 / ROLLING;
         free_wagon(&v, 0.0, 0.0, 0.0);
-        start(&v, &b, 3.0, &x);
+        set_going(&v, &b, 3.0, &x);
         double last = 3.0;
         int flips = 0;
         double t1 = 0.0;
@@ -255,7 +243,7 @@ static void resistance_holds_at_rest(void **state) {
         struct kl_output o;
         const struct kl_input input = input_of(0.0, 0.0, pulls[i]);
         free_wagon(&v, 600.0, 0.0, 0.0);
-        start(&v, &b, 0.0, &x);
+        set_going(&v, &b, 0.0, &x);
         run(&b, &x, &input, 5000, &o);
         const double a = fmax(pulls[i] - 600.0, 0.0) / ROLLING;
         assert_near((double)x.speed_m_s, 5.0 * a, 1e-3 * a);
@@ -275,7 +263,7 @@ static void it_is_stable_at_any_speed(void **state) {
         struct kl_output o;
         const struct kl_input none = input_of(0.0, 0.0, 0.0);
         free_wagon(&v, 0.0, 0.0, 0.0);
-        start(&v, &b, speed[i], &x);
+        set_going(&v, &b, speed[i], &x);
         wheelset_x(&b.model, &x, 0)[KL_WS_SPIN] += (kl_real)2;
         wheelset_x(&b.model, &x, 1)[KL_WS_SPIN] += (kl_real)0.5;
         kl_refresh(&b.model, &x, work());
@@ -304,7 +292,7 @@ static void the_step_does_not_matter(void **state) {
         const struct kl_input brake = input_of(-8e3, -8e3, 2000.0);
         free_wagon(&v, 600.0, 20.0, 3.0);
         v.def.step_ns = 1000000000 / per_second;
-        start(&v, &b, 0.0, &x);
+        set_going(&v, &b, 0.0, &x);
         run(&b, &x, &drive, 20 * per_second, NULL);
         run(&b, &x, &brake, 60 * per_second, NULL);
         assert_true(x.speed_m_s == 0);
@@ -328,7 +316,7 @@ static void a_curve_brakes(void **state) {
     v.def.running.free = 1;
     v.track.curvature_start_1_m = 1.0 / 500.0;
     v.track.cant_start_rad = 0.08;
-    start(&v, &b, 19.8, &x);
+    set_going(&v, &b, 19.8, &x);
     run(&b, &x, &none, 15000, &o);
     double power = 0.0;
     double lost = 0.0;
@@ -369,7 +357,7 @@ static void it_stays_in_its_range(void **state) {
     struct kl_state x;
     const struct kl_input input = input_of(0.0, 0.0, 1e6);
     free_wagon(&v, 0.0, 0.0, 0.0);
-    start(&v, &b, 149.0, &x);
+    set_going(&v, &b, 149.0, &x);
     uint32_t faults = 0;
     for (int n = 0; n < 200; n++) {
         faults = kl_step(&b.model, &x, &input, NULL, work());
@@ -398,7 +386,7 @@ static void bad_inputs_are_said(void **state) {
             v.def.running.free = runs_free;
             v.element[0].along = KL_ALONG_Y;
             v.element[0].actuator = 1;
-            start(&v, &b, 10.0, &x);
+            set_going(&v, &b, 10.0, &x);
             input.speed_m_s = 10;
             assert_int_equal(kl_step(&b.model, &x, &input, NULL, work()),
                              runs_free ? KL_FAULT_INPUT : 0);
@@ -434,22 +422,15 @@ static void bad_definitions_are_refused(void **state) {
 
 static void a_snapshot_goes_on(void **state) {
     (void)state;
-    static unsigned char bytes[KL_SNAPSHOT_SIZE];
     struct vehicle v;
     struct built b;
     struct kl_state x;
     struct kl_state y;
-    size_t used = 0;
     const struct kl_input input = input_of(5000.0, -1000.0, 300.0);
     free_wagon(&v, 600.0, 0.0, 2.5);
-    start(&v, &b, 10.0, &x);
-    run(&b, &x, &input, 777, NULL);
-    assert_int_equal(kl_snapshot(&b.model, &x, bytes, sizeof bytes, &used), KL_OK);
-    assert_int_equal(kl_restore(&b.model, &y, bytes, used), KL_OK);
+    set_going(&v, &b, 10.0, &x);
+    go_on_from_snapshot(&b, &input, 777, &x, &y);
     assert_true(x.speed_rate_m_s2 != 0 && x.speed_rate_m_s2 == y.speed_rate_m_s2);
-    run(&b, &x, &input, 777, NULL);
-    run(&b, &y, &input, 777, NULL);
-    assert_true(kl_state_hash(&x) == kl_state_hash(&y));
     y.speed_rate_m_s2 *= 2;
     assert_true(kl_state_hash(&x) != kl_state_hash(&y));
     unbuild(&b);

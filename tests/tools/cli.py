@@ -7,6 +7,8 @@ import io
 import os
 import pathlib
 import subprocess
+import tempfile
+import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 KLINGEL = pathlib.Path(os.environ.get("KLINGEL", "build/klingel"))
@@ -17,6 +19,15 @@ LINEAR = "tests/tools/fixtures/linear_two_axle.yaml"
 CREEP = "models/creep/contact.csv"
 COMMANDS = ("geometry", "conicity", "creep", "run", "modes", "bench", "hil", "dbc", "signals", "build", "critical", "curve",
             "ride", "sketch")
+
+
+class InFolder(unittest.TestCase):
+    """Each test has a folder of its own."""
+
+    def setUp(self) -> None:
+        folder = tempfile.TemporaryDirectory(prefix="klingel-test")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
 
 
 def klingel(*arguments: object, timeout: float = 60, **more) -> subprocess.CompletedProcess:

@@ -12,11 +12,10 @@ import random
 import re
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
 
-from cli import ARCS, COMMANDS, CREEP, DEMO, FREE, KLINGEL, RESTRAINED, ROOT, WAGON, klingel, output
+from cli import ARCS, COMMANDS, CREEP, DEMO, FREE, KLINGEL, RESTRAINED, ROOT, WAGON, InFolder, klingel, output
 
 SEED = 20260103
 # what each command needs at least, ending quickly
@@ -38,7 +37,7 @@ LEAST = {
 }
 OPERAND = {"creep": "TABLE"}  # of those that take no MODEL
 NUMBERS = {
-    "geometry": ("--every",),
+    "geometry": ("--every", "--wheel-load"),
     "creep": ("--a", "--b", "--load", "--to", "--along", "--across", "--spin", "--rows", "--friction", "--speed"),
     "conicity": ("--from", "--to", "--step", "--at", "--base", "--radius"),
     "run": ("--speed", "--time", "--speed-to", "--from", "--every"),
@@ -53,12 +52,7 @@ NUMBERS = {
 }
 
 
-class Temporary(unittest.TestCase):
-    def setUp(self) -> None:
-        folder = tempfile.TemporaryDirectory(prefix="klingel-cli")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class Temporary(InFolder):
     def assert_misuse(self, *arguments: object, says: str = "") -> None:
         """Status 2, nothing on standard output, one message that names what is wrong."""
         done = klingel(*arguments)

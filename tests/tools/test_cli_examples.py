@@ -6,20 +6,13 @@ usage: KLINGEL=build/klingel python3 tests/tools/test_cli_examples.py [-v]
 
 from __future__ import annotations
 
-import pathlib
 import subprocess
-import tempfile
 import unittest
 
-from cli import COMMANDS, KLINGEL, ROOT, output
+from cli import COMMANDS, KLINGEL, ROOT, InFolder, output
 
 
-class Examples(unittest.TestCase):
-    def setUp(self) -> None:
-        folder = tempfile.TemporaryDirectory(prefix="klingel-cli")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class Examples(InFolder):
     def test_examples_run(self) -> None:
         for command in COMMANDS:
             if command == "hil":

@@ -9,22 +9,16 @@ from __future__ import annotations
 import json
 import math
 import pathlib
-import tempfile
 import unittest
 
-from cli import ARCS, FREE, RESTRAINED, WAGON, klingel, output, reference, rows
+from cli import ARCS, FREE, RESTRAINED, WAGON, InFolder, klingel, output, reference, rows
 
 
 def conicity(*arguments: object) -> list[dict[str, float]]:
     return [{key: float(value) for key, value in row.items()} for row in rows(output("conicity", *arguments, "--csv"))]
 
 
-class Conicity(unittest.TestCase):
-    def setUp(self) -> None:
-        folder = tempfile.TemporaryDirectory(prefix="klingel-conicity")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class Conicity(InFolder):
     def table(self, text: str) -> pathlib.Path:
         path = self.folder / "delta_r.txt"
         path.write_text(text)

@@ -11,10 +11,9 @@ from __future__ import annotations
 import pathlib
 import re
 import shutil
-import tempfile
 import unittest
 
-from cli import ROOT, klingel
+from cli import ROOT, InFolder, klingel
 
 VEHICLES = sorted(p for p in (ROOT / "models").glob("*.yaml") if re.search(r"^wheelsets:", p.read_text(), re.M))
 LOST = """  - name: lost
@@ -28,11 +27,9 @@ LOST = """  - name: lost
 """
 
 
-class Mistakes(unittest.TestCase):
+class Mistakes(InFolder):
     def setUp(self) -> None:
-        folder = tempfile.TemporaryDirectory(prefix="klingel-mistakes")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
+        super().setUp()
         shutil.copytree(ROOT / "models/profiles", self.folder / "profiles")
 
     def refused(self, source: pathlib.Path, lines: list[str], number: int, reason: str) -> None:

@@ -6,22 +6,13 @@ usage: KLINGEL=build/klingel python3 tests/tools/test_pages.py [-v]
 
 from __future__ import annotations
 
-import pathlib
 import subprocess
-import tempfile
 import unittest
 
-from cli import KLINGEL, ROOT
+from cli import KLINGEL, ROOT, InFolder
 
 
-class Page(unittest.TestCase):
-    def setUp(self) -> None:
-        folder = tempfile.TemporaryDirectory(prefix="klingel-pages")
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-
-class CreepLaws(Page):
+class CreepLaws(InFolder):
     def test_polach_and_spin(self) -> None:
         """docs/creep_laws.md states what docs/creep_spin.py prints, within one unit of the last digit."""
         done = subprocess.run(["/usr/bin/python3", "-B", "docs/creep_spin.py", "--klingel", str(KLINGEL)], cwd=ROOT,
@@ -37,7 +28,7 @@ class CreepLaws(Page):
                     self.assertAlmostEqual(float(one), float(other), delta=1.001 * 10.0 ** -digits)
 
 
-class ContactGeometry(Page):
+class ContactGeometry(InFolder):
     def test_figures_of_the_page(self) -> None:
         """docs/contact_geometry.md states what its script prints, within one unit of the last digit; pictures come out."""
         done = subprocess.run(["/usr/bin/python3", "-B", "docs/contact_geometry.py", "--klingel", str(KLINGEL), "--output",
