@@ -44,12 +44,10 @@ struct bearing {
  * aside, by at least this. */
 #define LEAST_BEARING 0.1
 
-/* Of the side of pass g; `inboard` is its T2 per newton of N. */
+/* Of the side of pass g; `inboard` is its T2 per newton of N; its normal acts `out` from the middle
+ * and `low` below it. */
 static inline struct bearing bear(kl_lane inboard, kl_lane sin_delta, kl_lane cos_delta,
-                                  kl_lane arm, kl_lane radius, kl_lane down) {
-    /* the arms turn with the roll, `down` on this side */
-    const kl_lane out = arm - radius * down;
-    const kl_lane low = radius + arm * down;
+                                  kl_lane arm, kl_lane radius, kl_lane out, kl_lane low) {
     const struct bearing b = {.aside = sin_delta - inboard * cos_delta,
                               .lift = cos_delta + inboard * sin_delta,
                               .roll = (out * cos_delta - low * sin_delta) +
@@ -61,7 +59,7 @@ static inline struct bearing bear(kl_lane inboard, kl_lane sin_delta, kl_lane co
 static inline kl_lane inboard_of(const struct kl_contact_forces *contact, int g) {
     const kl_lane most = kl_lane_all(KL_R(1));
     const kl_lane ratio = KL_LANE(contact->t2, g) * KL_LANE(contact->inv_used, g);
-    return kl_lane_of(KL_R(1), KL_R(-1), g) * kl_lane_max(kl_lane_min(ratio, most), -most);
+    return kl_lane_of(KL_R(1), KL_R(-1), g) * kl_lane_at_least(kl_lane_at_most(ratio, most), -most);
 }
 
 /* Creep that does not follow the normal force is a load like others. */
@@ -114,18 +112,25 @@ static void share_with_flange(const struct kl_wheelset *restrict wheelset,
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane held = KL_LANE(axle->rail.held, g);
-        const struct bearing tread = bear(limited ? inboard_of(&forces->tread, g) : none,
-                                          KL_LANE(axle->sin_delta, g), KL_LANE(axle->cos_delta, g),
-                                          KL_LANE(axle->arm, g), KL_LANE(axle->radius, g), none);
+        const kl_lane arm = KL_LANE(axle->arm, g);
+        const kl_lane radius = KL_LANE(axle->radius, g);
+        const struct bearing tread =
+            bear(limited ? inboard_of(&forces->tread, g) : none, KL_LANE(axle->sin_delta, g),
+                 KL_LANE(axle->cos_delta, g), arm, radius, arm, radius);
+        /* the arms of a flange turn with the roll, `down` on this side */
+        const kl_lane down = sign * turn;
+        const kl_lane flange_arm = KL_LANE(f->arm, g);
+        const kl_lane flange_radius = KL_LANE(f->radius, g);
         const struct bearing flange =
             bear(inboard_of(&forces->flange, g), KL_LANE(f->sin_delta, g), KL_LANE(f->cos_delta, g),
-                 KL_LANE(f->arm, g), KL_LANE(f->radius, g), sign * turn);
+                 flange_arm, flange_radius, flange_arm - flange_radius * down,
+                 flange_radius + flange_arm * down);
         const kl_lane press = (pair->flange_stiffness_N_m * KL_LANE(axle->rail.q, g) +
                                pair->flange_damping_Ns_m * KL_LANE(axle->rail.rate, g)) +
                               rest * kl_lane_load(pair->central_tan, g);
         const kl_lane creep =
             limited ? none : sign * (KL_LANE(forces->tread.t2, g) * KL_LANE(axle->cos_delta, g));
-        const kl_lane by_normal = held / kl_lane_max(flange.aside, least);
+        const kl_lane by_normal = held / kl_lane_at_least(flange.aside, least);
         const kl_lane all = by_normal * (press + creep);
         const kl_lane shed = by_normal * tread.aside;
         KL_LANE(contacts->flange_all, g) = all;
@@ -135,7 +140,7 @@ static void share_with_flange(const struct kl_wheelset *restrict wheelset,
         KL_LANE(up, g) = all * flange.lift;
         KL_LANE(roll, g) = sign * (all * flange.roll);
         KL_LANE(together->aside, g) = tread.aside - held * tread.aside;
-        KL_LANE(together->lift, g) = kl_lane_max(tread.lift - shed * flange.lift, least);
+        KL_LANE(together->lift, g) = kl_lane_at_least(tread.lift - shed * flange.lift, least);
         KL_LANE(together->roll, g) = tread.roll - shed * flange.roll;
     }
     forces->load.lateral -= KL_SUM(aside);
@@ -226,7 +231,7 @@ void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
         const kl_lane n = KL_LANE(contacts->flange_all, g) -
                           KL_LANE(contacts->shed, g) * KL_LANE(forces->tread.normal, g);
         const kl_lane held = KL_LANE(axle->rail.held, g);
-        KL_LANE(forces->flange.normal, g) = kl_lane_max(n, kl_lane_all(KL_R(0)));
+        KL_LANE(forces->flange.normal, g) = kl_lane_at_least(n, kl_lane_all(KL_R(0)));
         KL_LANE(forces->flange.f11_N, g) *= held;
         KL_LANE(forces->flange.f22_N, g) *= held;
     }

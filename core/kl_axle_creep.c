@@ -8,8 +8,8 @@ void kl_axle_expect(const struct kl_axle *restrict axle, struct kl_axle_forces *
     struct kl_contact_forces *tread = &forces->tread;
     struct kl_contact_forces *flange = &forces->flange;
     KL_EACH_WIDE(h) {
-        const kl_wide n =
-            kl_wide_max(KL_WIDE_OF(axle->expected, axle->flange.normal, h), kl_wide_all(KL_R(1)));
+        const kl_wide n = kl_wide_at_least(KL_WIDE_OF(axle->expected, axle->flange.normal, h),
+                                           kl_wide_all(KL_R(1)));
         const kl_wide y = kl_wide_inverse_cbrt(n, KL_CBRT_ROUNDS);
         const kl_wide inv = y * (y * y);
         KL_WIDE_PUT(tread->used, flange->used, h, n);
@@ -50,14 +50,14 @@ static inline void saturate(const struct kl_wheelset *restrict wheelset,
         const kl_lane gamma2 = KL_LANE(contact->creepages.gamma2, g);
         const kl_lane omega3 = KL_LANE(contact->creepages.omega3, g);
         const kl_lane slope = KL_LANE(forces->slope, g);
-        const kl_lane t1 = -(slope * (f11 * KL_LANE(contact->creepages.gamma1, g)));
-        const kl_lane t2 = -(slope * (f22 * gamma2 + f23 * omega3));
+        const kl_lane back1 = slope * (f11 * KL_LANE(contact->creepages.gamma1, g));
+        const kl_lane back2 = slope * (f22 * gamma2 + f23 * omega3);
         const kl_lane limit = KL_LANE(*mu, g) * n + no_limit;
-        const kl_lane secant = kl_lane_saturate(t1, t2, limit);
+        const kl_lane secant = kl_lane_saturate(back1, back2, limit);
         const kl_lane reduction = slope * secant;
         KL_LANE(contact->reduction, g) = reduction;
-        KL_LANE(contact->t1, g) = secant * t1;
-        KL_LANE(contact->t2, g) = secant * t2;
+        KL_LANE(contact->t1, g) = -(secant * back1);
+        KL_LANE(contact->t2, g) = -(secant * back2);
         KL_LANE(contact->m3, g) = reduction * (f23 * gamma2 - f33 * omega3);
         KL_LANE(contact->f11_N, g) = f11;
         KL_LANE(contact->f22_N, g) = f22;

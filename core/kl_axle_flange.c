@@ -81,12 +81,13 @@ void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
         /* a tread that is down was looked up where the rail would have gone: now its place is known */
         const kl_lane after = KL_LANE(axle->ride.after, g);
         const kl_lane back = held * overlap;
-        const kl_lane moved = kl_lane_max(after, kl_lane_all(KL_R(0))) - back;
+        const kl_lane moved = kl_lane_at_least(after, kl_lane_all(KL_R(0))) - back;
         KL_LANE(axle->ride.slope, g) +=
             (KL_R(1) - KL_LANE(axle->up, g)) * (KL_LANE(axle->ride.second, g) * moved);
         KL_LANE(rail->q, g) += back;
         KL_LANE(axle->shortens, g) =
-            held * kl_lane_max((KL_LANE(axle->shortened, g) + back) - after, kl_lane_all(KL_R(0)));
+            held *
+            kl_lane_at_least((KL_LANE(axle->shortened, g) + back) - after, kl_lane_all(KL_R(0)));
         KL_LANE(rail->acceleration, g) = (rate - KL_LANE(rail->start_rate, g)) * axle->inv_step;
     }
 }

@@ -19,7 +19,7 @@ void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) 
         KL_LANE(axle->rail.press, g) = kl_lane_load(lift->press_N, g);
         KL_LANE(axle->rail.resist, g) = kl_lane_load(lift->resist_Ns_m, g);
         KL_LANE(axle->rail.inertia, g) = kl_lane_load(lift->inertia_kg, g);
-        KL_LANE(axle->rise, g) = kl_lane_positive_or_0(rise, rise);
+        KL_LANE(axle->rise, g) = kl_lane_at_least(rise, kl_lane_all(KL_R(0)));
         KL_LANE(axle->up, g) = up;
         KL_LANE(axle->rise_rate, g) = up * rate;
         /* who comes down on the rail is stopped within the step */
@@ -115,12 +115,13 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
     find_normals(forces, &without);
     KL_EACH_LANE(g) {
         const kl_lane n = KL_LANE(without, g);
-        KL_LANE(off, g) = loaded * kl_lane_max(KL_LANE(axle->up, g), is_positive(-n));
+        KL_LANE(off, g) = loaded * kl_lane_at_least(KL_LANE(axle->up, g), is_positive(-n));
         KL_LANE(alone, g) = -(n / kl_lane_of(w_rr, w_ll, g));
     }
     KL_EACH_LANE(g) {
         const kl_lane other = KL_OTHER(without, g) + kl_lane_of(w_lr, w_rl, g) * KL_LANE(alone, g);
-        KL_LANE(along, g) = KL_LANE(off, g) * kl_lane_max(KL_OTHER(off, g), is_positive(-other));
+        KL_LANE(along, g) =
+            KL_LANE(off, g) * kl_lane_at_least(KL_OTHER(off, g), is_positive(-other));
     }
     const kl_real both = kl_max_real(along[KL_RIGHT], along[KL_LEFT]);
     KL_EACH_LANE(g) {
@@ -129,18 +130,18 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
             (kl_lane_of(w_rl, w_lr, g) * KL_OTHER(without, g) - kl_lane_of(w_ll, w_rr, g) * n) *
             inv;
         const kl_lane alone_a = KL_LANE(alone, g);
-        KL_LANE(a, g) = kl_lane_max(KL_LANE(off, g), kl_lane_all(both)) *
+        KL_LANE(a, g) = kl_lane_at_least(KL_LANE(off, g), kl_lane_all(both)) *
                         (alone_a + both * (together - alone_a));
     }
     KL_EACH_LANE(g) {
         const kl_lane one = kl_lane_all(KL_R(1));
-        const kl_lane on = one - kl_lane_max(KL_LANE(off, g), kl_lane_all(both));
+        const kl_lane on = one - kl_lane_at_least(KL_LANE(off, g), kl_lane_all(both));
         const kl_lane n = KL_LANE(without, g) + (kl_lane_of(w_rr, w_ll, g) * KL_LANE(a, g) +
                                                  kl_lane_of(w_rl, w_lr, g) * KL_OTHER(a, g));
         KL_LANE(lifting->on, g) = on;
         KL_LANE(lifting->acceleration, g) = KL_LANE(axle->landing, g) + KL_LANE(a, g);
         KL_LANE(free_y, g) = KL_LANE(a, g) * KL_LANE(lifting->free_y, g);
-        KL_LANE(forces->tread.normal, g) = on * kl_lane_max(n, kl_lane_all(KL_R(0)));
+        KL_LANE(forces->tread.normal, g) = on * kl_lane_at_least(n, kl_lane_all(KL_R(0)));
     }
     forces->load.free_y += KL_SUM(free_y);
 }
@@ -166,7 +167,7 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
         const kl_lane press = KL_LANE(forces->contacts.press, g);
         const kl_lane tangent = KL_LANE(axle->sin_delta, g) * KL_LANE(axle->inv_cos, g);
         const kl_lane inertia =
-            steps * kl_lane_max(KL_LANE(weight, g) * (tangent * press), kl_lane_all(KL_R(0)));
+            steps * kl_lane_at_least(KL_LANE(weight, g) * (tangent * press), kl_lane_all(KL_R(0)));
         const kl_lane resist = by * KL_LANE(tread->reduction, g) * KL_LANE(tread->f22_N, g);
         const kl_lane slip =
             (KL_LANE(axle->outboard_rate, g) - sign * ahead) - KL_LANE(axle->rail.rate, g);
@@ -195,9 +196,9 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
         /* a wheel that leaves its rail for a moment is soon back */
         const kl_lane before = KL_LANE(tread->used, g);
         const kl_lane next = KL_R(2) * normal - kl_lane_load(lift->normal_N, g);
-        const kl_lane kept =
-            kl_lane_max(kl_lane_min(next, KL_R(2) * kl_lane_max(before, KL_R(0.5) * normal)),
-                        KL_R(0.5) * before);
+        const kl_lane kept = kl_lane_at_least(
+            kl_lane_at_most(next, KL_R(2) * kl_lane_at_least(KL_R(0.5) * normal, before)),
+            KL_R(0.5) * before);
         kl_lane_store(lift->expected_N, g, h > KL_R(0) ? kept : normal);
         kl_lane_store(lift->normal_N, g, normal);
     }

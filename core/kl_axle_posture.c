@@ -31,7 +31,7 @@ static void find_cells(const struct kl_pair *restrict pair, kl_both *w, struct k
         const kl_lane end =
             kl_lane_load(pair->tread_end, g) - KL_LANE(axle->shortened, g) * pair->inv_step_1_m;
         const kl_lane after = from_start - end;
-        KL_LANE(place, g) = kl_lane_max(kl_lane_min(from_start, end), kl_lane_all(KL_R(0)));
+        KL_LANE(place, g) = kl_lane_at_least(kl_lane_min(from_start, end), kl_lane_all(KL_R(0)));
         KL_LANE(ride->within, g) = kl_lane_positive_or_0(-after, kl_lane_all(KL_R(1)));
         KL_LANE(ride->after, g) = after * pair->step_m;
     }
@@ -104,10 +104,10 @@ static void carry_rails(const struct kl_pair *restrict pair, kl_real rest_N, kl_
         const kl_lane spring = k * KL_LANE(rail->start, g);
         const kl_lane press = (KL_LANE(rail->press, g) + resist * (wheel - sign * ahead)) +
                               inertia * (wheel - KL_LANE(axle->path_rate_before, g));
-        const kl_lane with = (press - spring) / kl_lane_max((own + resist) + inertia, least);
+        const kl_lane with = (press - spring) / kl_lane_at_least((own + resist) + inertia, least);
         const kl_lane without = -(spring + rest_N * kl_lane_load(pair->central_tan, g)) /
-                                kl_lane_max(kl_lane_all(own), least);
-        const kl_lane more = kl_lane_max(without - with, kl_lane_all(KL_R(0)));
+                                kl_lane_at_least(kl_lane_all(own), least);
+        const kl_lane more = kl_lane_at_least(without - with, kl_lane_all(KL_R(0)));
         const kl_lane pressed = with + kl_lane_positive_or_0(inertia, more);
         const kl_lane rate = pressed + KL_LANE(axle->up, g) * (without - pressed);
         KL_LANE(rail->rate, g) = pair->gives * rate;
@@ -149,7 +149,7 @@ static void follow_paths(const struct kl_pair *restrict pair, struct kl_axle *ax
     KL_EACH_LANE(g) {
         const kl_lane down = KL_R(1) - KL_LANE(axle->up, g);
         KL_LANE(free, g) =
-            kl_lane_max(KL_LANE(ride->within, g), down) * (KL_R(1) - KL_LANE(rail->held, g));
+            kl_lane_at_least(KL_LANE(ride->within, g), down) * (KL_R(1) - KL_LANE(rail->held, g));
         KL_LANE(stays, g) = KL_LANE(ride->slope, g) - KL_LANE(free, g) * KL_LANE(ride->slope, g);
     }
     KL_EACH_LANE(g) {

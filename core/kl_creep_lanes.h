@@ -33,7 +33,7 @@ struct kl_friction_lanes {
 };
 
 static inline kl_lane kl_lane_limited(kl_lane x, kl_real most) {
-    return kl_lane_min(kl_lane_max(x, kl_lane_all(-most)), kl_lane_all(most));
+    return kl_lane_at_most(kl_lane_at_least(x, kl_lane_all(-most)), kl_lane_all(most));
 }
 
 static inline kl_lane kl_lane_abs(kl_lane x) {

@@ -24,7 +24,7 @@ struct kl_damped {
 };
 
 static inline kl_lane kl_carried_part(kl_lane z) {
-    return KL_R(1) / kl_lane_max(z, kl_lane_all(KL_R(1)));
+    return KL_R(1) / kl_lane_at_least(z, kl_lane_all(KL_R(1)));
 }
 
 static inline void kl_damp(struct kl_damped *d) {

@@ -26,7 +26,7 @@ static uint32_t carry_body(const struct kl_body *body, const struct kl_origin *f
     const kl_real drift[KL_FREEDOMS] = {-(body->z_m * along), KL_R(0), along, KL_R(0),
                                         v * here->curvature_1_m};
     if (body->freedoms == KL_ALL_FREEDOMS) {
-        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+        KL_UNROLL_5 for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
             const uint32_t i = first + 2u * f;
             carry_on(&from->x[i], &from->rate[i], from->h, drift[f], &motion->x[2u * f],
                      &motion->rate[2u * f]);
@@ -235,7 +235,7 @@ static void move_bodies(const struct kl_model *model, const struct kl_input *inp
         kl_real *rate = e->body[b].rate;
         rate[2 * KL_Y + 1] =
             (acting[KL_Y] + input->side_force_N[b]) * body->inverse[KL_Y] - e->body[b].aside;
-        for (uint32_t f = KL_Z; f < KL_FREEDOMS; f++) {
+        KL_UNROLL_4 for (uint32_t f = KL_Z; f < KL_FREEDOMS; f++) {
             rate[2u * f + 1u] = acting[f] * body->inverse[f];
         }
     }

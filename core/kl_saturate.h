@@ -24,10 +24,10 @@ static inline kl_real kl_no_limit(enum kl_creep_law law) {
 static inline kl_lane kl_lane_saturate(kl_lane t1_N, kl_lane t2_N, kl_lane limit_N) {
     const kl_lane least = kl_lane_all(KL_R(1e-9));
     const kl_lane linear = kl_lane_sqrt(t1_N * t1_N + t2_N * t2_N);
-    const kl_lane u = linear * (KL_R(1) / kl_lane_max(limit_N, least));
+    const kl_lane u = linear * (KL_R(1) / kl_lane_at_least(limit_N, least));
     const kl_lane cubic = KL_R(1) - u * (KL_R(1.0 / 3.0) - u * KL_R(1.0 / 27.0));
-    const kl_lane sliding = limit_N / kl_lane_max(linear, least);
-    return kl_lane_positive_or_0(limit_N, kl_lane_min(cubic, sliding));
+    const kl_lane sliding = limit_N / kl_lane_at_least(linear, least);
+    return kl_lane_positive_or_0(limit_N, kl_lane_at_most(cubic, sliding));
 }
 
 static inline kl_real kl_saturate(enum kl_creep_law law, kl_real t1_N, kl_real t2_N,

@@ -14,7 +14,7 @@
 static kl_lane limited(kl_lane value, kl_real limit_low, kl_real limit_high, kl_real otherwise,
                        kl_lane *wrong) {
     const kl_lane low = kl_lane_all(limit_low);
-    const kl_lane kept = kl_lane_min(kl_lane_max(value, low), kl_lane_all(limit_high));
+    const kl_lane kept = kl_lane_at_most(kl_lane_at_least(value, low), kl_lane_all(limit_high));
     const kl_lane off = kept - value;
     *wrong += off * off;
     return kl_lane_if_0(value - value, kept, kl_lane_all(otherwise));
@@ -305,9 +305,11 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
         const struct kl_body_motion *m = &e->body[b];
         const uint32_t freedoms = model->bodies[b].freedoms;
         if (freedoms == KL_ALL_FREEDOMS) {
-            for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += 2u, x += 2, rate += 2) {
-                finish(x, rate, &m->x[i], &m->rate[i], h, m->rate[i + 1u], m->rate[i + 1u]);
+            KL_UNROLL_5 for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += 2u) {
+                finish(&x[i], &rate[i], &m->x[i], &m->rate[i], h, m->rate[i + 1u], m->rate[i + 1u]);
             }
+            x += 2u * KL_FREEDOMS;
+            rate += 2u * KL_FREEDOMS;
             continue;
         }
         for (uint32_t i = 0; i < 2u * KL_FREEDOMS; i += 2u) {
@@ -349,7 +351,7 @@ static int is_sound(const struct kl_model *model, const struct kl_evaluation *e)
     kl_real sum = KL_R(0);
     for (uint32_t b = 0; b < model->n_bodies; b++) {
         const kl_real *rate = e->body[b].rate;
-        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+        KL_UNROLL_5 for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
             sum += rate[2u * f + 1u] * rate[2u * f + 1u];
         }
     }
