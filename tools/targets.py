@@ -33,9 +33,13 @@ class Target:
                 "-semihosting-config", f"enable=on,target=native,{words}", *(more or []), "-kernel", str(program)]
 
 
+# gcc's scheduling before it gives out registers, and what it moves out of branches, only make it spill doubles there
+SPARE_REGISTERS = "-fno-schedule-insns -fno-tree-pre".split()
+
+
 def _cortex(name: str, machine: str, flags: str) -> Target:
     # enums are as short as can be there: checks for a negative one are always false, and right elsewhere
-    command = ["arm-none-eabi-gcc", "-mthumb", *flags.split(), "-Wno-type-limits"]
+    command = ["arm-none-eabi-gcc", "-mthumb", *flags.split(), *SPARE_REGISTERS, "-Wno-type-limits"]
     return Target(name, {"gcc": command}, "arm-none-eabi-",
                   ("port/mps2/startup.c", "port/mps2/soft_double.c", "tests/target/semihosting.c"),
                   ("-Iport/mps2", "-DMPS2_ENTRY=target_entry", "-nostartfiles", "--specs=rdimon.specs", "-T",
