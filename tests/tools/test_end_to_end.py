@@ -336,6 +336,8 @@ class TestBench(EndToEnd):
         while time.monotonic() < began + 20 and self.of(listener.frames[-400:], "VehicleTrack", "Acceleration")[-1] < 0.65:
             time.sleep(0.1)
         driven = self.of(listener.frames[-400:], "VehicleTrack", "Acceleration")[-1]
+        for slow in ("InfoVersion", "InfoModel", "InfoSignals"):  # once a second
+            self.assertIsNotNone(listener.wait_for(self.identifier[slow], 0))
         bench.kill()
         bench.communicate()
         listener.close()
