@@ -101,7 +101,8 @@ def parser() -> argparse.ArgumentParser:
     commands.add_argument("--speed", action=_Script, dest="script", metavar="V",
                           help="set-point in m/s, sent cyclically and supervised; released when the bench ends")
     commands.add_argument("--at", action=_Script, dest="script", metavar="SECONDS:COMMAND",
-                          help="one of the above at a time: 2.0:speed=25, 5:speed=off, 6:step=10, 7:actuator1=500; repeatable")
+                          help="one of the above at a time: 2.0:speed=25, 5:speed=off, 6:step=10, 7:actuator1=500, "
+                               "8:torque1=2e3, 8:twist1=300, 9:draw=2e4; repeatable")
     commands.add_argument("--ack-timeout", type=_positive, default=1.0, metavar="SECONDS", help="default: %(default)g")
     return made
 
