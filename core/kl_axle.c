@@ -26,8 +26,9 @@ void kl_axle_find_creep(const struct kl_wheelset *restrict wheelset,
         KL_LANE(tread->creepages.gamma2, g) = across * by * KL_LANE(axle->inv_cos, g);
         KL_LANE(tread->creepages.omega3, g) = about * by;
     }
-    kl_axle_creep(wheelset, &axle->creep, wheelset->creep.f11_N > KL_R(0), forces, tread);
-    kl_axle_flange_creep(wheelset, axle, forces);
+    struct kl_coefficients on_flange;
+    kl_axle_flange_creepages(wheelset, axle, &on_flange, forces);
+    kl_axle_creep(wheelset, &axle->creep, &on_flange, forces);
 }
 
 /*

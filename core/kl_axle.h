@@ -236,12 +236,11 @@ void kl_axle_posture(const struct kl_pair *restrict pair, kl_real speed_m_s,
 /* The normal forces that creep is found with, from axle->expected and the flange's. */
 void kl_axle_expect(const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces);
 
-/* Creep of a contact at its `used` normal force, by the wheelset's law, from its creepages; with
- * `constant` coefficients, the wheelset's, or those of the contact. */
+/* Creep of treads and flanges at their `used` normal forces, by the wheelset's law, from their creepages
+ * and coefficients; of treads with those of the wheelset itself, where it has some. */
 void kl_axle_creep(const struct kl_wheelset *restrict wheelset,
-                   const struct kl_coefficients *restrict coefficients, int constant,
-                   const struct kl_axle_forces *restrict forces,
-                   struct kl_contact_forces *restrict contact);
+                   const struct kl_coefficients *on_tread, const struct kl_coefficients *on_flange,
+                   struct kl_axle_forces *forces);
 
 /* Whether creep grows with the normal force and is limited by it. */
 static inline int kl_axle_is_limited(const struct kl_wheelset *wheelset) {
@@ -252,10 +251,11 @@ static inline int kl_axle_is_limited(const struct kl_wheelset *wheelset) {
  * axle->rail; before the posture. */
 void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle);
 
-/* Creepages and creep of the flanges. */
-void kl_axle_flange_creep(const struct kl_wheelset *restrict wheelset,
-                          const struct kl_axle *restrict axle,
-                          struct kl_axle_forces *restrict forces);
+/* Creepages of the flanges, and their coefficients. */
+void kl_axle_flange_creepages(const struct kl_wheelset *restrict wheelset,
+                              const struct kl_axle *restrict axle,
+                              struct kl_coefficients *restrict creep,
+                              struct kl_axle_forces *restrict forces);
 
 /* What lifting has to do with the loads, before the parts of kl_axle_prepare; how the normal forces
  * grow with the upward accelerations, after them; and these accelerations and the normal forces. */

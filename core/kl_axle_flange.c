@@ -92,12 +92,12 @@ void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
     }
 }
 
-void kl_axle_flange_creep(const struct kl_wheelset *restrict wheelset,
-                          const struct kl_axle *restrict axle,
-                          struct kl_axle_forces *restrict forces) {
+void kl_axle_flange_creepages(const struct kl_wheelset *restrict wheelset,
+                              const struct kl_axle *restrict axle,
+                              struct kl_coefficients *restrict creep,
+                              struct kl_axle_forces *restrict forces) {
     const struct kl_flange *flange = &axle->flange;
     struct kl_contact_forces *f = &forces->flange;
-    struct kl_coefficients creep;
     const kl_real by = forces->inv_creep_speed_s_m;
     const kl_lane speed = kl_lane_all(forces->speed_m_s);
     const kl_lane ahead = kl_lane_all(forces->speed_m_s * axle->x[KL_WS_YAW]);
@@ -115,11 +115,10 @@ void kl_axle_flange_creep(const struct kl_wheelset *restrict wheelset,
                                            KL_LANE(flange->sin_delta, g) * (sign * spin)) *
                                           by;
     }
-    FOUR_COLUMNS(flange, contact.f11_1, &creep.f11, &creep.f22, &creep.f23, &creep.f33);
+    FOUR_COLUMNS(flange, contact.f11_1, &creep->f11, &creep->f22, &creep->f23, &creep->f33);
     if (!kl_saturates(wheelset->creep.law)) {
-        FOUR_COLUMNS(flange, contact.shape[0], &creep.shape[0], &creep.shape[1], &creep.shape[2],
-                     &creep.shape[3]);
-        COLUMNS(flange, contact.shape[4], &creep.shape[4], &creep.shape[5]);
+        FOUR_COLUMNS(flange, contact.shape[0], &creep->shape[0], &creep->shape[1], &creep->shape[2],
+                     &creep->shape[3]);
+        COLUMNS(flange, contact.shape[4], &creep->shape[4], &creep->shape[5]);
     }
-    kl_axle_creep(wheelset, &creep, 0, forces, f);
 }

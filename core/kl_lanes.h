@@ -259,6 +259,9 @@ static inline kl_lane kl_wide_second(kl_wide x) {
 static inline kl_wide kl_wide_at_least(kl_wide a, kl_wide b) {
     return _mm256_max_pd(a, b);
 }
+static inline kl_wide kl_wide_at_most(kl_wide a, kl_wide b) {
+    return _mm256_min_pd(a, b);
+}
 /* The sums of the first two of four, and of the others. */
 static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *second) {
     const kl_lane sums = _mm_hadd_pd(_mm256_castpd256_pd128(*x), _mm256_extractf128_pd(*x, 1));
@@ -293,12 +296,19 @@ static inline kl_wide kl_wide_at_least(kl_wide a, kl_wide b) {
     const kl_wide_bits first = (kl_wide_bits)(a > b);
     return (kl_wide)((first & (kl_wide_bits)a) | (~first & (kl_wide_bits)b));
 }
+static inline kl_wide kl_wide_at_most(kl_wide a, kl_wide b) {
+    const kl_wide_bits first = (kl_wide_bits)(a < b);
+    return (kl_wide)((first & (kl_wide_bits)a) | (~first & (kl_wide_bits)b));
+}
 static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *second) {
     *first = (*x)[0] + (*x)[1];
     *second = (*x)[2] + (*x)[3];
 }
 #endif
 
+static inline kl_wide kl_wide_positive_or_0(kl_wide test, kl_wide x) {
+    return (kl_wide)((kl_wide_bits)(test > (kl_wide){0}) & (kl_wide_bits)x);
+}
 #else
 #define KL_WIDE KL_LANES
 typedef kl_lane kl_wide;
@@ -322,8 +332,22 @@ static inline void kl_wide_sums(const kl_wide *x, kl_real *first, kl_real *secon
     *second = x[2] + x[3];
 #endif
 }
+/* Here the first of two is all that there is room for. */
+static inline kl_wide kl_wide_join(kl_lane a, kl_lane b) {
+    (void)b;
+    return a;
+}
+static inline kl_lane kl_wide_first(kl_wide x) {
+    return x;
+}
 static inline kl_wide kl_wide_at_least(kl_wide a, kl_wide b) {
     return kl_lane_at_least(a, b);
+}
+static inline kl_wide kl_wide_at_most(kl_wide a, kl_wide b) {
+    return kl_lane_at_most(a, b);
+}
+static inline kl_wide kl_wide_positive_or_0(kl_wide test, kl_wide x) {
+    return kl_lane_positive_or_0(test, x);
 }
 #endif
 #define KL_EACH_WIDE(h) KL_UNROLL_4 for (int h = 0; h < 4 / KL_WIDE; h++)

@@ -59,6 +59,16 @@ static inline kl_lane kl_lane_sqrt(kl_lane x) {
 #endif
 }
 
+static inline kl_wide kl_wide_sqrt(kl_wide x) {
+#if KL_WIDE == KL_LANES
+    return kl_lane_sqrt(x);
+#elif defined(__AVX__) && !defined(KL_REAL_FLOAT)
+    return _mm256_sqrt_pd(x);
+#else
+    return kl_wide_join(kl_lane_sqrt(kl_wide_first(x)), kl_lane_sqrt(kl_wide_second(x)));
+#endif
+}
+
 /*
  * x^(-1/3) for normal x > 0. The guess takes the exponent and the leading bits of x as an integer k
  * and divides it by -3: k is the fraction of 2^52 + k (float: 2^23 + k), so shifts and one multiply

@@ -21,13 +21,17 @@ static inline kl_real kl_no_limit(enum kl_creep_law law) {
  * expansion of 1/u about 3 to second order and the next term is negative, so the lesser of the two
  * is always the one that holds.
  */
+static inline kl_wide kl_wide_saturate(kl_wide t1_N, kl_wide t2_N, kl_wide limit_N) {
+    const kl_wide least = kl_wide_all(KL_R(1e-9));
+    const kl_wide linear = kl_wide_sqrt(t1_N * t1_N + t2_N * t2_N);
+    const kl_wide u = linear * (KL_R(1) / kl_wide_at_least(limit_N, least));
+    const kl_wide cubic = KL_R(1) - u * (KL_R(1.0 / 3.0) - u * KL_R(1.0 / 27.0));
+    const kl_wide sliding = limit_N / kl_wide_at_least(linear, least);
+    return kl_wide_positive_or_0(limit_N, kl_wide_at_most(cubic, sliding));
+}
 static inline kl_lane kl_lane_saturate(kl_lane t1_N, kl_lane t2_N, kl_lane limit_N) {
-    const kl_lane least = kl_lane_all(KL_R(1e-9));
-    const kl_lane linear = kl_lane_sqrt(t1_N * t1_N + t2_N * t2_N);
-    const kl_lane u = linear * (KL_R(1) / kl_lane_at_least(limit_N, least));
-    const kl_lane cubic = KL_R(1) - u * (KL_R(1.0 / 3.0) - u * KL_R(1.0 / 27.0));
-    const kl_lane sliding = limit_N / kl_lane_at_least(linear, least);
-    return kl_lane_positive_or_0(limit_N, kl_lane_at_most(cubic, sliding));
+    return kl_wide_first(kl_wide_saturate(kl_wide_join(t1_N, t1_N), kl_wide_join(t2_N, t2_N),
+                                          kl_wide_join(limit_N, limit_N)));
 }
 
 static inline kl_real kl_saturate(enum kl_creep_law law, kl_real t1_N, kl_real t2_N,
