@@ -211,31 +211,57 @@ void kl_axle_prepare(const struct kl_wheelset *restrict wheelset,
     share_with_flange(wheelset, pair, axle, forces);
 }
 
+/* What lifting has to do with the loads. */
+static void prepare_lifting(const struct kl_wheelset *restrict wheelset,
+                            const struct kl_pair *restrict pair,
+                            const struct kl_axle *restrict axle,
+                            struct kl_axle_forces *restrict forces) {
+    struct kl_lifting *lifting = &forces->lifting;
+    kl_both known;
+    KL_EACH_LANE(g) {
+        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane share = kl_lane_load(pair->share, g);
+        KL_LANE(lifting->down, g) = wheelset->mass_kg * share;
+        KL_LANE(lifting->roll, g) = sign * (wheelset->inertia_roll_kgm2 * pair->inv_base_1_m);
+        KL_LANE(lifting->free_y, g) =
+            axle->z_y * KL_LANE(lifting->down, g) + axle->phi_y * KL_LANE(lifting->roll, g);
+        KL_LANE(known, g) = KL_LANE(axle->landing, g) * KL_LANE(lifting->down, g);
+    }
+    forces->load.down += KL_SUM(known);
+    KL_EACH_LANE(g) {
+        KL_LANE(known, g) = KL_LANE(axle->landing, g) * KL_LANE(lifting->roll, g);
+    }
+    forces->load.roll += KL_SUM(known);
+}
+
+/* How the normal forces grow with the upward accelerations: a column for either wheel. */
+static void weigh_lifting(struct kl_axle_forces *forces) {
+    struct kl_lifting *lifting = &forces->lifting;
+    const struct kl_contacts *contacts = &forces->contacts;
+    KL_EACH_LANE(g) {
+        const kl_lane free_y = KL_LANE(lifting->free_y, g);
+        const kl_lane down = KL_LANE(lifting->down, g) - contacts->z_part * free_y;
+        const kl_lane roll = KL_LANE(lifting->roll, g) - contacts->roll_part * free_y;
+        const kl_lane right =
+            contacts->by_down[KL_RIGHT] * down + contacts->by_roll[KL_RIGHT] * roll;
+        const kl_lane left = contacts->by_down[KL_LEFT] * down + contacts->by_roll[KL_LEFT] * roll;
+        const kl_lane pulled = contacts->pulls[KL_RIGHT] * right + contacts->pulls[KL_LEFT] * left;
+        KL_LANE(lifting->right, g) = right - contacts->backs[KL_RIGHT] * pulled;
+        KL_LANE(lifting->left, g) = left - contacts->backs[KL_LEFT] * pulled;
+    }
+}
+
 void kl_axle_weigh(const struct kl_wheelset *restrict wheelset, const struct kl_pair *restrict pair,
                    const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
     struct kl_load *load = &forces->load;
     const kl_real m = wheelset->mass_kg;
     const kl_real i_x = wheelset->inertia_roll_kgm2;
-    kl_axle_lift_prepare(wheelset, pair, axle, forces);
+    prepare_lifting(wheelset, pair, axle, forces);
     load->free_y = load->lateral + (axle->z_y * load->down + axle->phi_y * load->roll);
     forces->inv_mass_1_kg =
         KL_R(1) / (m * (KL_R(1) + axle->z_y * axle->z_y) + i_x * (axle->phi_y * axle->phi_y));
     prepare_normals(wheelset, axle, forces);
-    kl_axle_lift_weights(forces);
-}
-
-void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
-                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
-    const struct kl_contacts *contacts = &forces->contacts;
-    kl_axle_lift_solve(wheelset, axle, forces);
-    KL_EACH_LANE(g) {
-        const kl_lane n = KL_LANE(contacts->flange_all, g) -
-                          KL_LANE(contacts->shed, g) * KL_LANE(forces->tread.normal, g);
-        const kl_lane held = KL_LANE(axle->rail.held, g);
-        KL_LANE(forces->flange.normal, g) = kl_lane_at_least(n, kl_lane_all(KL_R(0)));
-        KL_LANE(forces->flange.f11_N, g) *= held;
-        KL_LANE(forces->flange.f22_N, g) *= held;
-    }
+    weigh_lifting(forces);
 }
 
 /* What turns the axle, and a wheel. */

@@ -257,16 +257,6 @@ void kl_axle_flange_creepages(const struct kl_wheelset *restrict wheelset,
                               struct kl_coefficients *restrict creep,
                               struct kl_axle_forces *restrict forces);
 
-/* What lifting has to do with the loads, before the parts of kl_axle_prepare; how the normal forces
- * grow with the upward accelerations, after them; and these accelerations and the normal forces. */
-void kl_axle_lift_prepare(const struct kl_wheelset *restrict wheelset,
-                          const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
-                          struct kl_axle_forces *restrict forces);
-void kl_axle_lift_weights(struct kl_axle_forces *forces);
-void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
-                        const struct kl_axle *restrict axle,
-                        struct kl_axle_forces *restrict forces);
-
 /* What the next step has to know of the wheels on their rails: at the end of a step, or (`h` 0) of a
  * state as it stands. */
 void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset *restrict wheelset,

@@ -27,44 +27,6 @@ void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) 
     }
 }
 
-void kl_axle_lift_prepare(const struct kl_wheelset *restrict wheelset,
-                          const struct kl_pair *restrict pair, const struct kl_axle *restrict axle,
-                          struct kl_axle_forces *restrict forces) {
-    struct kl_lifting *lifting = &forces->lifting;
-    kl_both known;
-    KL_EACH_LANE(g) {
-        const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
-        const kl_lane share = kl_lane_load(pair->share, g);
-        KL_LANE(lifting->down, g) = wheelset->mass_kg * share;
-        KL_LANE(lifting->roll, g) = sign * (wheelset->inertia_roll_kgm2 * pair->inv_base_1_m);
-        KL_LANE(lifting->free_y, g) =
-            axle->z_y * KL_LANE(lifting->down, g) + axle->phi_y * KL_LANE(lifting->roll, g);
-        KL_LANE(known, g) = KL_LANE(axle->landing, g) * KL_LANE(lifting->down, g);
-    }
-    forces->load.down += KL_SUM(known);
-    KL_EACH_LANE(g) {
-        KL_LANE(known, g) = KL_LANE(axle->landing, g) * KL_LANE(lifting->roll, g);
-    }
-    forces->load.roll += KL_SUM(known);
-}
-
-/* A column for either wheel. */
-void kl_axle_lift_weights(struct kl_axle_forces *forces) {
-    struct kl_lifting *lifting = &forces->lifting;
-    const struct kl_contacts *contacts = &forces->contacts;
-    KL_EACH_LANE(g) {
-        const kl_lane free_y = KL_LANE(lifting->free_y, g);
-        const kl_lane down = KL_LANE(lifting->down, g) - contacts->z_part * free_y;
-        const kl_lane roll = KL_LANE(lifting->roll, g) - contacts->roll_part * free_y;
-        const kl_lane right =
-            contacts->by_down[KL_RIGHT] * down + contacts->by_roll[KL_RIGHT] * roll;
-        const kl_lane left = contacts->by_down[KL_LEFT] * down + contacts->by_roll[KL_LEFT] * roll;
-        const kl_lane pulled = contacts->pulls[KL_RIGHT] * right + contacts->pulls[KL_LEFT] * left;
-        KL_LANE(lifting->right, g) = right - contacts->backs[KL_RIGHT] * pulled;
-        KL_LANE(lifting->left, g) = left - contacts->backs[KL_LEFT] * pulled;
-    }
-}
-
 /* The normal forces of the treads, both wheels held on their rails. */
 static inline void find_normals(const struct kl_axle_forces *forces, kl_both *normal) {
     const struct kl_contacts *contacts = &forces->contacts;
@@ -95,9 +57,9 @@ static inline kl_lane is_positive(kl_lane x) {
  * nothing. N = N0 + W a, and without creep W is symmetric and positive in all but rounding. One that
  * comes off may take the other along; then both come off.
  */
-void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
-                        const struct kl_axle *restrict axle,
-                        struct kl_axle_forces *restrict forces) {
+static void solve_lifting(const struct kl_wheelset *restrict wheelset,
+                          const struct kl_axle *restrict axle,
+                          struct kl_axle_forces *restrict forces) {
     /* without a load nothing could come down */
     const kl_real loaded = wheelset->static_load_N > KL_R(0) ? KL_R(1) : KL_R(0);
     struct kl_lifting *lifting = &forces->lifting;
@@ -144,6 +106,20 @@ void kl_axle_lift_solve(const struct kl_wheelset *restrict wheelset,
         KL_LANE(forces->tread.normal, g) = on * kl_lane_at_least(n, kl_lane_all(KL_R(0)));
     }
     forces->load.free_y += KL_SUM(free_y);
+}
+
+void kl_axle_balance(const struct kl_wheelset *restrict wheelset,
+                     const struct kl_axle *restrict axle, struct kl_axle_forces *restrict forces) {
+    const struct kl_contacts *contacts = &forces->contacts;
+    solve_lifting(wheelset, axle, forces);
+    KL_EACH_LANE(g) {
+        const kl_lane n = KL_LANE(contacts->flange_all, g) -
+                          KL_LANE(contacts->shed, g) * KL_LANE(forces->tread.normal, g);
+        const kl_lane held = KL_LANE(axle->rail.held, g);
+        KL_LANE(forces->flange.normal, g) = kl_lane_at_least(n, kl_lane_all(KL_R(0)));
+        KL_LANE(forces->flange.f11_N, g) *= held;
+        KL_LANE(forces->flange.f22_N, g) *= held;
+    }
 }
 
 /*
