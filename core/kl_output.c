@@ -124,7 +124,7 @@ static inline void write_wheelset(const struct kl_axle *axle, const struct kl_ax
 static inline uint32_t write_body(uint32_t freedoms, const struct kl_body_motion *motion,
                                   const kl_real *x, struct kl_body_output *o) {
     if (freedoms == KL_ALL_FREEDOMS) {
-        for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
+        KL_UNROLL_5 for (uint32_t f = 0; f < KL_FREEDOMS; f++) {
             o->position[f] = motion->x[2u * f];
             o->rate[f] = x[2u * f + 1u] - (motion->x[2u * f + 1u] - motion->rate[2u * f]);
             o->acceleration[f] = motion->rate[2u * f + 1u];

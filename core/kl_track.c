@@ -23,7 +23,7 @@ void kl_layout_read(const struct kl_track *track, kl_real s, kl_real *at) {
     const kl_real d = s - piece->start_m;
     KL_EACH_WIDE(h) {
         kl_wide x = kl_wide_load(&piece->power[top_power(h)].curvature, h);
-        for (int i = top_power(h) - 1; i >= 0; i--) {
+        KL_UNROLL_5 for (int i = top_power(h) - 1; i >= 0; i--) {
             x = kl_wide_load(&piece->power[i].curvature, h) + d * x;
         }
         kl_wide_store(at, h, x);
