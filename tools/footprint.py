@@ -56,7 +56,7 @@ LIMITS = {
     "code on the step's path": (32 * 1024, 32 * 1024),
     "state of a vehicle": (8 * 1024, 8 * 1024),
     "stack of kl_step": (2 * 1024, 2 * 1024),
-    "instructions, bogie vehicle": (20_000, 20_200),
+    "instructions, bogie vehicle": (20_000, 20_000),
     "instructions, worst / best, %": (110, 110),
 }
 
