@@ -10,8 +10,7 @@ static inline const struct kl_piece *kl_piece_at(const struct kl_track *track, k
     const kl_real top = (kl_real)(track->n_bins - 1u);
     const struct kl_piece *at =
         &track->piece[track->bin[(uint32_t)kl_clamp(s * track->inv_bin_1_m, KL_R(0), top)]];
-    at = s >= at[1].start_m ? at + 1 : at;
-    return s >= at[1].start_m ? at + 1 : at;
+    return at + ((s >= at[1].start_m) + (s >= at[2].start_m)); /* no branch */
 }
 
 /* The layout at s, within its length; `at` is the first column of a kl_track_layout. */
