@@ -58,7 +58,9 @@ struct kl_rail {
     kl_both q; /* and after */
     kl_both rate;
     kl_both acceleration;
-    kl_both held; /* 1 where the flange is on it, else 0 */
+    kl_both behind;   /* part of the change of q' in which the wheel does not yet take part */
+    kl_both followed; /* q', as far as the wheel takes part in it */
+    kl_both held;     /* 1 where the flange is on it, else 0 */
 };
 
 /* The flange contact of either wheel, where it may be. */
@@ -125,6 +127,7 @@ struct kl_axle {
     kl_both shortens;
     kl_real step;     /* s; 0 where a state is looked at as it stands */
     kl_real inv_step; /* 1/s; or 0 */
+    kl_real settles;  /* of a blow, the part that the step takes up: see kl_axle_carry */
     struct kl_rail rail;
     struct kl_ride ride;
     struct kl_flange flange;

@@ -88,7 +88,10 @@ void kl_axle_meet_flange(const struct kl_pair *restrict pair, kl_real step_s,
         KL_LANE(axle->shortens, g) =
             held *
             kl_lane_at_least((KL_LANE(axle->shortened, g) + back) - after, kl_lane_all(KL_R(0)));
-        KL_LANE(rail->acceleration, g) = (rate - KL_LANE(rail->start_rate, g)) * axle->inv_step;
+        const kl_lane change = rate - KL_LANE(rail->start_rate, g);
+        const kl_lane behind = KL_LANE(rail->behind, g) * change;
+        KL_LANE(rail->acceleration, g) = (change - behind) * axle->inv_step;
+        KL_LANE(rail->followed, g) = rate - behind;
     }
 }
 

@@ -3,13 +3,24 @@
 
 #include "kl_math.h"
 
+/*
+ * How long a blow takes. Rigid wheels on rails without mass know no such time: a shorter step would
+ * only make blows higher, and where creep draws a rail to its wheel by more than the tread's slope
+ * presses it away, the wheel's own inertia would drive the rail on, with no solution in the end. In
+ * truth the contact yields, within about a millisecond. So a wheel that comes down is stopped, and
+ * one that is drawn along follows its rail, over this time; steps as long or longer do all of it.
+ */
+#define BLOWS_1_S 1000.0
+
 void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) {
     const kl_real inv_h = h > KL_R(0) ? KL_R(1) / h : KL_R(0);
     axle->step = h;
     axle->inv_step = inv_h;
+    axle->settles = kl_min_real(h * KL_R(BLOWS_1_S), KL_R(1));
     KL_EACH_LANE(g) {
         const kl_lane rate = kl_lane_load(lift->rate_m_s, g);
         const kl_lane rise = kl_lane_load(lift->rise_m, g) + h * rate;
+        const kl_lane inertia = kl_lane_load(lift->inertia_kg, g);
         const kl_lane up = kl_lane_positive_or_0(rise, kl_lane_all(KL_R(1)));
         KL_LANE(axle->expected, g) = kl_lane_load(lift->expected_N, g);
         KL_LANE(axle->flange.normal, g) = kl_lane_load(lift->flange_N, g);
@@ -18,12 +29,14 @@ void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) 
         KL_LANE(axle->shortened, g) = kl_lane_load(lift->short_m, g);
         KL_LANE(axle->rail.press, g) = kl_lane_load(lift->press_N, g);
         KL_LANE(axle->rail.resist, g) = kl_lane_load(lift->resist_Ns_m, g);
-        KL_LANE(axle->rail.inertia, g) = kl_lane_load(lift->inertia_kg, g);
+        KL_LANE(axle->rail.inertia, g) = kl_lane_at_least(inertia, kl_lane_all(KL_R(0)));
+        KL_LANE(axle->rail.behind, g) =
+            kl_lane_positive_or_0(-inertia, kl_lane_all(KL_R(1) - axle->settles));
         KL_LANE(axle->rise, g) = kl_lane_at_least(rise, kl_lane_all(KL_R(0)));
         KL_LANE(axle->up, g) = up;
         KL_LANE(axle->rise_rate, g) = up * rate;
-        /* who comes down on the rail is stopped within the step */
-        KL_LANE(axle->landing, g) = (up - kl_lane_all(KL_R(1))) * rate * inv_h;
+        /* who comes down on the rail is stopped */
+        KL_LANE(axle->landing, g) = ((up - kl_lane_all(KL_R(1))) * rate) * (inv_h * axle->settles);
     }
 }
 
@@ -142,8 +155,7 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane press = KL_LANE(forces->contacts.press, g);
         const kl_lane tangent = KL_LANE(axle->sin_delta, g) * KL_LANE(axle->inv_cos, g);
-        const kl_lane inertia =
-            steps * kl_lane_at_least(KL_LANE(weight, g) * (tangent * press), kl_lane_all(KL_R(0)));
+        const kl_lane inertia = steps * (KL_LANE(weight, g) * (tangent * press));
         const kl_lane resist = by * KL_LANE(tread->reduction, g) * KL_LANE(tread->f22_N, g);
         const kl_lane slip =
             (KL_LANE(axle->outboard_rate, g) - sign * ahead) - KL_LANE(axle->rail.rate, g);
@@ -159,7 +171,9 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
         const kl_lane aside = press * (KL_LANE(tread->normal, g) - blow) - explicit;
         const kl_lane over = aside - rest * kl_lane_load(pair->central_tan, g);
         kl_lane_store(lift->press_N, g,
-                      pair->gives * (over - (resist * slip + inertia * slip_rate)));
+                      pair->gives *
+                          (over - (resist * slip +
+                                   kl_lane_at_least(inertia, kl_lane_all(KL_R(0))) * slip_rate)));
         kl_lane_store(lift->resist_Ns_m, g, pair->gives * resist);
         kl_lane_store(lift->inertia_kg, g, pair->gives * inertia);
         kl_lane_store(lift->slope, g, KL_LANE(axle->slope, g));
@@ -184,11 +198,12 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
             const kl_lane creep = KL_LANE(forces->flange.reduction, g) *
                                   KL_LANE(forces->flange.f22_N, g) * (inv_sin * inv_sin);
             const kl_lane z = (h * by) * creep / KL_LANE(weight, g);
-            const kl_lane rate = kl_lane_load(lift->rate_m_s, g) +
-                                 h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
+            const kl_lane before = kl_lane_load(lift->rate_m_s, g);
+            const kl_lane rate = before + h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
             kl_lane_store(lift->rise_m, g, KL_LANE(axle->rise, g));
-            kl_lane_store(lift->rate_m_s, g,
-                          kl_lane_if_0(KL_LANE(lifting->on, g), rate, kl_lane_all(KL_R(0))));
+            kl_lane_store(
+                lift->rate_m_s, g,
+                kl_lane_if_0(KL_LANE(lifting->on, g), rate, before - axle->settles * before));
         }
     }
 }

@@ -333,7 +333,7 @@ static void finish_step(const struct kl_model *model, const struct kl_evaluation
             const struct kl_rail *rail = &e->axle[w].rail;
             KL_EACH_LANE(g) {
                 kl_lane_store(x, g, kl_lane_quiet(KL_LANE(rail->q, g)));
-                kl_lane_store(rate, g, KL_LANE(rail->rate, g));
+                kl_lane_store(rate, g, KL_LANE(rail->followed, g));
             }
             x += KL_SIDES;
             rate += KL_SIDES;

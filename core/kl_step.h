@@ -52,7 +52,7 @@ struct kl_lift {
     kl_real
         rise_m[KL_SIDES]; /* of the tread off the rail, >= 0: 0 in ordinary running, above while a
                                  wheel jumps or its flange climbs */
-    kl_real rate_m_s[KL_SIDES];   /* of the rise */
+    kl_real rate_m_s[KL_SIDES];   /* of the rise; in contact what a landing has left of it, <= 0 */
     kl_real normal_N[KL_SIDES];   /* of the tread in the last step */
     kl_real expected_N[KL_SIDES]; /* in the next one, if it goes on like that */
     kl_real flange_N[KL_SIDES];   /* normal force of the flange in the last step */
@@ -60,7 +60,7 @@ struct kl_lift {
     kl_real path_m_s[KL_SIDES];   /* and how fast it moved along, outboard over its rail */
     /* the tread presses its rail outboard with a force, over what it does at rest, that falls by
      * resist with the rail's velocity relative to the rolling wheel and by inertia with its
-     * acceleration relative to it */
+     * acceleration relative to it; where it rises by that, inertia is negative */
     kl_real press_N[KL_SIDES]; /* without either */
     kl_real resist_Ns_m[KL_SIDES];
     kl_real inertia_kg[KL_SIDES];
