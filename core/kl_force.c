@@ -70,12 +70,21 @@ void kl_element_force(const struct kl_vehicle_def *def, const struct kl_model *m
     force->actuator = element->actuator > 0 ? kl_strut_force(&view, at.actuator) : KL_R(0);
 }
 
-kl_real kl_linkage_force(const struct kl_vehicle_def *def, uint32_t i, const struct kl_work *work) {
+kl_real kl_linkage_force(const struct kl_vehicle_def *def, const struct kl_model *model, uint32_t i,
+                         const struct kl_work *work) {
     const struct kl_evaluation *e = (const struct kl_evaluation *)(const void *)work;
     struct kl_reach reach;
-    double k;
-    double c;
-    kl_linkage_rates(def, i, &k, &c);
+    struct kl_linkage_rates rates;
+    kl_linkage_rates(def, i, &rates);
     kl_reach_linkage(def, &def->linkages[i], &reach);
-    return linear(&reach, e->motion, k, c);
+    const kl_real f = linear(&reach, e->motion, rates.k, rates.c);
+    if (!def->linkages[i].rigid) {
+        return f;
+    }
+    uint32_t strut = count_before(def, def->n_elements).slip;
+    for (uint32_t before = 0; before < i; before++) {
+        strut += def->linkages[before].rigid ? 1u : 0u;
+    }
+    const struct kl_strut_view view = {&model->struts, e->motion, &e->slipped, &e->kept};
+    return f + kl_strut_force(&view, strut);
 }

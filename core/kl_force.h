@@ -36,7 +36,8 @@ void kl_element_force(const struct kl_vehicle_def *def, const struct kl_model *m
 
 /* Of linkage i: k u + c u' of u = sum factor coordinate, which is minus the force on u. N where u is a
  * length, N m where it is an angle. Bound: n_linkages. Re-entrant. */
-kl_real kl_linkage_force(const struct kl_vehicle_def *def, uint32_t i, const struct kl_work *work);
+kl_real kl_linkage_force(const struct kl_vehicle_def *def, const struct kl_model *model, uint32_t i,
+                         const struct kl_work *work);
 
 #ifdef __cplusplus
 }

@@ -3,10 +3,18 @@
 #include "kl_math.h"
 #include "kl_reach.h"
 
-/* A rigid linkage's angular frequency times the step, and its damping: the step is stable up to 2.
+/*
+ * A rigid linkage: its angular frequency times the step, of which the step bears 2, and its damping.
+ * That is what it meets a blow with. To what lasts it does not give way: a multiplier takes over the
+ * force, f = k (u + integral of u over T) + c u'. That swings up where c T is less than the inertia
+ * of u, m: m s^3 + c s^2 + k s + k/T. The integral leaks, so that all of it is a stiffness at rest less
+ * a series spring and damper:
+ *     f/u = k (R + s tau)/(1 + s tau) = k R - k (R - 1) s tau/(1 + s tau),   tau = R T.
  */
 #define RIGID_FREQUENCY 1.0
 #define RIGID_DAMPING 0.333
+#define RIGID_AT_REST 1000.0 /* R */
+#define RIGID_SAFETY 1.5     /* c T/m */
 /* of a factor, below which a sum of factors or a rest of an elimination is rounding */
 #define ROUNDING 1e-9
 
@@ -106,33 +114,48 @@ static int share_a_coordinate(const struct kl_linkage_def *a, const struct kl_li
     return 0;
 }
 
-/* Each alone has angular frequency omega on what it ties; n of them that share coordinates have at
- * most omega sqrt(n) together, so each gets 1/n of its stiffness. */
-void kl_linkage_rates(const struct kl_vehicle_def *def, uint32_t index, double *k, double *c) {
-    const struct kl_linkage_def *linkage = &def->linkages[index];
-    *k = linkage->k;
-    *c = linkage->c;
-    if (!linkage->rigid) {
-        return;
-    }
+/* What a rigid linkage moves. Each alone has angular frequency omega on what it ties; n of them that
+ * share coordinates have at most omega sqrt(n) together, so each gets 1/n of its stiffness. */
+struct moved {
+    double yields;   /* the acceleration of u by a unit of force, times n */
+    double heaviest; /* inertia of u where all but one coordinate are held, as creep holds wheels */
+};
+
+static struct moved moved_by(const struct kl_vehicle_def *def,
+                             const struct kl_linkage_def *linkage) {
+    struct moved moved = {0.0, 0.0};
     double sharing = 0.0;
     for (uint32_t i = 0; i < def->n_linkages; i++) {
         const struct kl_linkage_def *other = &def->linkages[i];
         sharing += other->rigid && share_a_coordinate(linkage, other) ? 1.0 : 0.0;
     }
-    struct kl_reach reach;
-    double yields = 0.0; /* the displacement u that a unit of force accelerates */
-    kl_reach_linkage(def, linkage, &reach);
     for (uint32_t i = 0; i < linkage->n_terms; i++) {
         const struct kl_term_def *t = &linkage->term[i];
-        yields += mobility(def, t) * (t->factor * t->factor);
+        const double yields = mobility(def, t) * (t->factor * t->factor);
+        if (yields > 0.0) {
+            moved.yields += sharing * yields;
+            moved.heaviest = 1.0 / yields > moved.heaviest ? 1.0 / yields : moved.heaviest;
+        }
     }
-    if (!(yields > 0.0)) {
+    return moved;
+}
+
+void kl_linkage_rates(const struct kl_vehicle_def *def, uint32_t index,
+                      struct kl_linkage_rates *r) {
+    const struct kl_linkage_def *linkage = &def->linkages[index];
+    const struct kl_linkage_rates given = {.k = linkage->k, .c = linkage->c};
+    const struct moved nothing = {0.0, 0.0};
+    const struct moved moved = linkage->rigid ? moved_by(def, linkage) : nothing;
+    *r = given;
+    if (!(moved.yields > 0.0)) {
         return;
     }
     const double omega = RIGID_FREQUENCY / ((double)def->step_ns * 1e-9);
-    *k = omega * omega / (yields * sharing);
-    *c = 2.0 * RIGID_DAMPING * omega / (yields * sharing);
+    const double quick = omega * omega / moved.yields;
+    r->k = RIGID_AT_REST * quick;
+    r->c = 2.0 * RIGID_DAMPING * omega / moved.yields;
+    r->slip.k = quick - r->k;
+    r->slip.c = r->slip.k * (RIGID_AT_REST * RIGID_SAFETY * (moved.heaviest / r->c));
 }
 
 /* Rigid linkages are rows; a row that those before it make up is a loop. Elimination, each row by

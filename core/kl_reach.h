@@ -56,8 +56,14 @@ enum kl_status kl_elements_check(const struct kl_assembly *as, struct kl_diag *d
 enum kl_status kl_linkages_check(const struct kl_vehicle_def *def, struct kl_arena *arena,
                                  struct kl_diag *diag);
 
-/* Stiffness and damping of a linkage; of a rigid one what the step can bear. */
-void kl_linkage_rates(const struct kl_vehicle_def *def, uint32_t index, double *k, double *c);
+/* Stiffness and damping of a linkage; of a rigid one what the step can bear, with a slip of negative
+ * stiffness and damping that takes off the rest of the stiffness where motion is quick. */
+struct kl_linkage_rates {
+    double k;
+    double c;
+    struct kl_slip_def slip;
+};
+void kl_linkage_rates(const struct kl_vehicle_def *def, uint32_t index, struct kl_linkage_rates *r);
 
 /* The matrices while they are assembled, n by n. The sizes are the sums of absolute contributions. */
 struct kl_dense {

@@ -60,7 +60,7 @@ static void set_slip(const struct kl_slip_def *from, double step_s, struct kl_sl
     to->inv_c = KL_R(0);
     to->gain = KL_R(1);
     to->carry = KL_R(0);
-    if (from->c > 0.0) {
+    if (from->c != 0.0) {
         const double z = step_s * (from->k / from->c);
         const double decay = z < 700.0 ? kl_exp(-z) : 0.0;
         to->inv_c = (kl_real)(1.0 / from->c);
@@ -132,6 +132,13 @@ static void count(const struct kl_assembly *as, struct kl_struts *s) {
             bends_of(&e->damper, side, NULL, &s->n_bends);
         }
     }
+    for (uint32_t i = 0; i < as->def->n_linkages; i++) {
+        const struct kl_linkage_def *linkage = &as->def->linkages[i];
+        struct kl_reach reach;
+        kl_reach_linkage(as->def, linkage, &reach);
+        n[SLIP] += linkage->rigid ? 1u : 0u;
+        s->n_terms += linkage->rigid ? reach.n : 0u;
+    }
     s->n_slips = n[SLIP];
     s->n_stops = n[STOP];
     s->n_dampers = n[DAMPER];
@@ -175,15 +182,33 @@ static void fill_table(const struct kl_table_def *t, struct parts *p, struct fil
     }
 }
 
+static void fill_terms(const struct kl_reach *reach, struct parts *p, struct filled *f) {
+    p->term_start[f->struts++] = (uint16_t)f->terms;
+    for (uint32_t t = 0; t < reach->n; t++) {
+        p->column[f->terms] = (uint16_t)reach->coordinate[t];
+        p->factor[f->terms++] = (kl_real)reach->factor[t];
+    }
+}
+
+/* Of rigid linkages. */
+static void fill_linkages(const struct kl_vehicle_def *def, struct parts *p, struct filled *f) {
+    for (uint32_t i = 0; i < def->n_linkages; i++) {
+        if (def->linkages[i].rigid) {
+            struct kl_reach reach;
+            struct kl_linkage_rates rates;
+            kl_reach_linkage(def, &def->linkages[i], &reach);
+            kl_linkage_rates(def, i, &rates);
+            fill_terms(&reach, p, f);
+            set_slip(&rates.slip, (double)def->step_ns * 1e-9, &p->slip[f->slips++]);
+        }
+    }
+}
+
 static void fill(const struct kl_assembly *as, const struct kl_element_def *e, enum part part,
                  struct parts *p, struct filled *f) {
     struct kl_reach reach;
     kl_reach_element(as, e, e->along, &reach);
-    p->term_start[f->struts++] = (uint16_t)f->terms;
-    for (uint32_t t = 0; t < reach.n; t++) {
-        p->column[f->terms] = (uint16_t)reach.coordinate[t];
-        p->factor[f->terms++] = (kl_real)reach.factor[t];
-    }
+    fill_terms(&reach, p, f);
     switch (part) {
     case SLIP:
         set_slip(&e->slip, (double)as->def->step_ns * 1e-9, &p->slip[f->slips++]);
@@ -212,6 +237,12 @@ enum kl_status kl_struts_build(const struct kl_vehicle_def *def, const double *a
     if (kl_count_struts(struts) == 0) {
         return KL_OK;
     }
+    if (struts->n_slips > KL_MAX_SLIPS) {
+        return kl_report(diag, KL_ERR_CAPACITY,
+                         "vehicle: more series dampers, friction elements and rigid linkages than "
+                         "KL_MAX_SLIPS",
+                         -1, struts->n_slips);
+    }
     if (struts->n_terms > UINT16_MAX || struts->n_bends > UINT16_MAX) {
         return kl_report(diag, KL_ERR_CAPACITY, "vehicle: too many elements that are not linear",
                          -1, struts->n_terms);
@@ -224,6 +255,9 @@ enum kl_status kl_struts_build(const struct kl_vehicle_def *def, const double *a
             if (has_part(&def->elements[i], (enum part)part)) {
                 fill(&as, &def->elements[i], (enum part)part, &p, &f);
             }
+        }
+        if (part == SLIP) {
+            fill_linkages(def, &p, &f);
         }
     }
     p.term_start[f.struts] = (uint16_t)f.terms;

@@ -87,11 +87,10 @@ static void assemble(const struct kl_assembly *as, const struct kl_dense *m) {
         }
     }
     for (uint32_t i = 0; i < def->n_linkages; i++) {
-        double k;
-        double c;
-        kl_linkage_rates(def, i, &k, &c);
+        struct kl_linkage_rates rates;
+        kl_linkage_rates(def, i, &rates);
         kl_reach_linkage(def, &def->linkages[i], &reach);
-        add_spring(m, &reach, k, c);
+        add_spring(m, &reach, rates.k, rates.c);
     }
     for (size_t i = 0; i < (size_t)m->n * m->n; i++) {
         m->k[i] = kl_abs(m->k[i]) > ROUNDING * m->k_size[i] ? m->k[i] : 0.0;
@@ -286,6 +285,22 @@ static double inertia_of(const struct kl_vehicle_def *def, uint32_t coordinate) 
                                          : body->inertia_kgm2[freedom - (uint32_t)KL_ROLL];
 }
 
+/* The stiffness of rigid linkages that is there at rest alone. */
+static double leaking_at(const struct kl_vehicle_def *def, uint32_t coordinate) {
+    double sum = 0.0;
+    for (uint32_t i = 0; i < def->n_linkages; i++) {
+        struct kl_reach reach;
+        struct kl_linkage_rates rates;
+        kl_linkage_rates(def, i, &rates);
+        kl_reach_linkage(def, &def->linkages[i], &reach);
+        for (uint32_t t = 0; t < reach.n; t++) {
+            const double factor = reach.coordinate[t] == coordinate ? reach.factor[t] : 0.0;
+            sum -= rates.slip.k * (factor * factor);
+        }
+    }
+    return sum;
+}
+
 /*
  * A mass matrix that is as good as singular: springs on a mass so small that no step could follow.
  * The step is stable up to the angular frequency 2/step. The fastest one of the vehicle is no lower
@@ -298,7 +313,7 @@ static enum kl_status check_inertias(const struct kl_vehicle_def *def, const str
     const uint32_t first = kl_wheelset_coordinate(def->n_bodies, 0);
     for (uint32_t i = 0; i < m->n; i++) {
         const double inertia = inertia_of(def, i);
-        const double k = m->k[(size_t)i * m->n + i];
+        const double k = m->k[(size_t)i * m->n + i] - leaking_at(def, i);
         if (inertia > 0.0 && k > fastest * fastest * inertia) {
             const int body = i < first;
             return kl_report(diag, KL_ERR_SINGULAR,

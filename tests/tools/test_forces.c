@@ -63,7 +63,7 @@ static struct kl_element_force force_of(const char *name) {
 static double linkage_of(const char *name) {
     for (uint32_t i = 0; i < mf.vehicle.n_linkages; i++) {
         if (strcmp(mf.vehicle.linkages[i].name, name) == 0) {
-            return (double)kl_linkage_force(&mf.vehicle, i, &work);
+            return (double)kl_linkage_force(&mf.vehicle, &model, i, &work);
         }
     }
     fail_msg("no linkage %s", name);

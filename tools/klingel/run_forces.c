@@ -149,7 +149,7 @@ void run_forces_row(const struct run_forces *forces, const struct kl_model *mode
             found = c->index;
         }
         fprintf(file, ",%.12g",
-                (double)(c->linkage ? kl_linkage_force(forces->def, c->index, cli_work())
+                (double)(c->linkage ? kl_linkage_force(forces->def, model, c->index, cli_work())
                                     : part_of(&force, c->part)));
     }
 }
