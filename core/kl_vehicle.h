@@ -150,10 +150,12 @@ struct kl_term_def {
  * u^2/2 and takes c u'^2. In N/m where u is a length, in N m/rad where it is an angle. A wheelset
  * has y, z, roll and yaw. Coordinates are those of the centres; shifting or turning the whole
  * vehicle sideways must leave u alone, or the linkage would tie it to the track.
- * A rigid one is not eliminated, for the yaw of a wheelset is integrated together with its creep: it
- * gets the stiffness that, on the inertias in it, has the angular frequency 1/step (159 Hz at 1 ms;
- * half of what the step could bear), and a third of critical damping. Rigid linkages that share
- * coordinates share it. A rigid linkage that others already imply is a loop, and refused.
+ * A rigid one is not eliminated, for the yaw of a wheelset is integrated together with its creep. It
+ * has a multiplier, a state of its own among the slips, that takes over the force which lasts: at rest
+ * the linkage gives by a thousandth of what it would by the stiffness with which it meets a blow. That
+ * one has, on the inertias in it, the angular frequency 1/step (159 Hz at 1 ms; half of what the step
+ * could bear), and a third of critical damping. Rigid linkages that share coordinates share it. A rigid
+ * linkage that others already imply is a loop, and refused; with the slips there are KL_MAX_SLIPS.
  */
 struct kl_linkage_def {
     char name[KL_NAME_SIZE];

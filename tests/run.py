@@ -84,7 +84,7 @@ def c_programs(build: str) -> list[Job]:
 
 
 # tests of commands that calculate, draw or record for ten seconds and more
-LONG = {"test_analysis", "test_bench_session", "test_cli_build", "test_cli_examples", "test_docs", "test_models", "test_pages",
+LONG = {"test_analysis", "test_bench_session", "test_cli_build", "test_cli_examples", "test_docs", "test_fine_step", "test_models", "test_pages",
         "test_plot", "test_replay", "test_timing"}
 
 

@@ -427,7 +427,7 @@ static void rigid_linkage_holds_at_every_speed(void **state) {
         }
         print_message("%g m/s: %.2e rad apart, without the linkage %.2e\n", speeds[i], most[1],
                       most[0]);
-        assert_at_most(most[1], 0.15 * most[0]);
+        assert_at_most(most[1], 0.08 * most[0]);
     }
 }
 
