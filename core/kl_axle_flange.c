@@ -21,7 +21,8 @@
                          ROW_REALS, (flange)->t[KL_RIGHT], (flange)->t[KL_LEFT], first, second,    \
                          third, fourth)
 
-static void find_row(const struct kl_pair *pair, int side, struct kl_axle *axle, kl_real *t) {
+static inline void find_row(const struct kl_pair *pair, int side, struct kl_axle *axle,
+                            kl_real *t) {
     const struct kl_flange_table *table = &pair->flange[side];
     const uint32_t last = table->n_rows - 2u;
     const kl_real place = (table->top_m - axle->height[side]) * pair->inv_step_1_m;
