@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-#define KL_MODEL_VERSION 3u
+#define KL_MODEL_VERSION 4u
 #define KL_NAME_SIZE 32
 #define KL_MAX_PAIRS 4
 #define KL_MAX_ELEMENTS 1024
