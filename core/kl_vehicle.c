@@ -430,8 +430,11 @@ static uint64_t hash_struts(uint64_t h, const struct kl_struts *s) {
     h = kl_hash_bytes(h, s->column, s->n_terms * sizeof(uint16_t));
     h = kl_hash_bytes(h, s->factor, s->n_terms * sizeof(kl_real));
     h = kl_hash_bytes(h, s->slip, s->n_slips * sizeof(struct kl_slip));
-    h = kl_hash_bytes(h, s->bend_start, (2u * (s->n_stops + s->n_dampers) + 1u) * sizeof(uint16_t));
-    h = kl_hash_bytes(h, s->bend, s->n_bends * sizeof(struct kl_bend));
+    const uint32_t tables = s->n_stops + s->n_dampers;
+    if (tables > 0) {
+        h = kl_hash_bytes(h, s->bend_start, (2u * tables + 1u) * sizeof(uint16_t));
+        h = kl_hash_bytes(h, s->bend, s->n_bends * sizeof(struct kl_bend));
+    }
     return kl_hash_bytes(h, s->input, s->n_actuators * sizeof(uint16_t));
 }
 

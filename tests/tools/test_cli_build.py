@@ -38,7 +38,8 @@ class Build(unittest.TestCase):
     def test_built_models_are_the_same(self) -> None:
         for compiler in filter(shutil.which, ("gcc", "clang")):
             for arguments in ((WAGON, DEMO), (WAGON, CURVE), (WAGON,), (LINEAR,), (RESTRAINED, "models/s_curve.yaml"),
-                              ("tests/tools/good/elements.yaml",), ("tests/tools/good/train.yaml",)):
+                              ("models/cross_braced_rigid.yaml",), ("tests/tools/good/elements.yaml",),
+                              ("tests/tools/good/train.yaml",)):
                 with self.subTest(compiler=compiler, arguments=arguments), tempfile.TemporaryDirectory() as folder:
                     self.run_built(compiler, pathlib.Path(folder), *arguments)
 
