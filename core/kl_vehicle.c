@@ -490,9 +490,10 @@ static int has_sound_struts(const struct kl_model *m) {
         return 1;
     }
     if (s->term_start == NULL || s->column == NULL || s->factor == NULL ||
-        (s->n_slips != 0 && s->slip == NULL) || s->bend_start == NULL ||
-        (tables != 0 && s->bend == NULL) || (s->n_actuators != 0 && s->input == NULL) ||
-        s->term_start[n] != s->n_terms || (tables != 0 && s->bend_start[tables] != s->n_bends)) {
+        (s->n_slips != 0 && s->slip == NULL) ||
+        (tables != 0 && (s->bend_start == NULL || s->bend == NULL)) ||
+        (s->n_actuators != 0 && s->input == NULL) || s->term_start[n] != s->n_terms ||
+        (tables != 0 && s->bend_start[tables] != s->n_bends)) {
         return 0;
     }
     int sound = 1;

@@ -267,7 +267,9 @@ static void struts(FILE *f, const struct kl_model *m, const char *name) {
     if (s->n_slips > 0) {
         slips(f, s, name);
     }
-    bends(f, s, name); /* also of none: where they end is part of the model */
+    if (s->n_stops + s->n_dampers > 0) {
+        bends(f, s, name);
+    }
     if (s->n_actuators > 0) {
         words(f, name, "actuator_input", s->input, s->n_actuators);
     }
@@ -358,7 +360,9 @@ static void strut_fields(FILE *f, const struct kl_struts *s, const char *name) {
     if (s->n_slips > 0) {
         fprintf(f, ",\n               .slip = %s_slip", name);
     }
-    fprintf(f, ",\n               .bend_start = %s_bend_start, .bend = %s_bend", name, name);
+    if (s->n_stops + s->n_dampers > 0) {
+        fprintf(f, ",\n               .bend_start = %s_bend_start, .bend = %s_bend", name, name);
+    }
     if (s->n_actuators > 0) {
         fprintf(f, ",\n               .input = %s_actuator_input", name);
     }
