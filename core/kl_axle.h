@@ -52,7 +52,7 @@ struct kl_coefficients {
 struct kl_rail {
     kl_both start; /* q before the step, m, outboard, and q' */
     kl_both start_rate;
-    kl_both press; /* of the tread, as struct kl_lift knows it from the step before */
+    kl_both press; /* of the tread, as struct kl_lift tells from the step before, without slip */
     kl_both resist;
     kl_both inertia;
     kl_both q; /* and after */
@@ -92,14 +92,11 @@ struct kl_ride {
 
 /* Where the wheelset is and how it moves. */
 struct kl_axle {
-    struct kl_track_point track;
-    struct kl_cells cells;
     kl_both arm; /* contact: distance from the middle */
     kl_both radius;
     kl_both sin_delta;
     kl_both cos_delta;
     kl_both inv_cos;
-    struct kl_coefficients creep;
     kl_real x[KL_WHEELSET_STATES]; /* enum kl_wheelset_state */
     kl_both spin;                  /* of either wheel */
     kl_real twist;                 /* of independent wheels: KL_WS_TWIST, and its rate */
@@ -117,8 +114,12 @@ struct kl_axle {
     kl_both height_rate;
     kl_both rise; /* of the tread off the rail, >= 0 */
     kl_both rise_rate;
-    kl_both up;       /* 1 where the tread is off the rail */
-    kl_both landing;  /* upward acceleration that stops a wheel which reaches the rail */
+    kl_both rise_mean; /* rate over the step, but for half of what it changes by */
+    kl_both up;        /* 1 where the tread is off the rail */
+    kl_both lands;     /* 1 where it comes down on the rail in this step */
+    kl_both closing;   /* velocity with which it has come down and is not yet stopped, <= 0 */
+    kl_both landing;   /* upward acceleration that stops it */
+    kl_both kick; /* velocity off the rail that a tread gets as the flange takes its path away */
     kl_both expected; /* the treads' normal forces, as the last two steps tell */
     kl_both slope; /* dH/dw of the treads; 0 where the flange holds the rail; and a step before */
     kl_both slope_before;
@@ -140,6 +141,10 @@ struct kl_axle {
     kl_real z_rest;    /* b_z: z'' = z_y p' + b_z, p = x[KL_WS_Y_RATE] */
     kl_real roll_rest; /* b_phi, absolute roll */
     uint32_t faults;
+    /* what is read through pointers of its own stands last, out of the way of the others */
+    struct kl_coefficients creep;
+    struct kl_track_point track;
+    struct kl_cells cells;
 };
 
 /* How the normal forces N of the treads follow from what acts on the axle. */

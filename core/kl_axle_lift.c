@@ -11,32 +11,53 @@
  * one that is drawn along follows its rail, over this time; steps as long or longer do all of it.
  */
 #define BLOWS_1_S 1000.0
+#define FOLLOWS_1_S 10000.0
+
+/*
+ * A wheel's force on its rail falls with the rail's acceleration by an inertia, and by up to as much
+ * again because creep follows the load that is expected. Where less than all of it is reckoned with,
+ * rail and wheel swing against each other from step to step; more makes the rail only a little later.
+ */
+#define SURE_INERTIA 1.5
 
 void kl_axle_carry(const struct kl_lift *lift, kl_real h, struct kl_axle *axle) {
     const kl_real inv_h = h > KL_R(0) ? KL_R(1) / h : KL_R(0);
     axle->step = h;
     axle->inv_step = inv_h;
     axle->settles = kl_min_real(h * KL_R(BLOWS_1_S), KL_R(1));
+    const kl_lane one = kl_lane_all(KL_R(1));
+    const kl_real follows = kl_min_real(h * KL_R(FOLLOWS_1_S), KL_R(1));
     KL_EACH_LANE(g) {
-        const kl_lane rate = kl_lane_load(lift->rate_m_s, g);
-        const kl_lane rise = kl_lane_load(lift->rise_m, g) + h * rate;
-        const kl_lane inertia = kl_lane_load(lift->inertia_kg, g);
-        const kl_lane up = kl_lane_positive_or_0(rise, kl_lane_all(KL_R(1)));
+        const kl_lane faster = kl_lane_load(lift->faster_m_s, g);
+        const kl_lane rate = kl_lane_load(lift->rate_m_s, g) + faster;
+        const kl_lane mean = rate - KL_R(0.5) * faster;
+        const kl_lane before = kl_lane_load(lift->rise_m, g);
+        const kl_lane rise = before + h * mean;
+        const kl_lane up = kl_lane_positive_or_0(rise, one);
+        const kl_lane closing = (one - up) * rate;
+        /* what stops it presses the rail too */
+        const kl_lane blow = (closing * kl_lane_load(lift->push_kg, g)) * (inv_h * axle->settles);
         KL_LANE(axle->expected, g) = kl_lane_load(lift->expected_N, g);
         KL_LANE(axle->flange.normal, g) = kl_lane_load(lift->flange_N, g);
         KL_LANE(axle->slope_before, g) = kl_lane_load(lift->slope, g);
         KL_LANE(axle->path_rate_before, g) = kl_lane_load(lift->path_m_s, g);
         KL_LANE(axle->shortened, g) = kl_lane_load(lift->short_m, g);
-        KL_LANE(axle->rail.press, g) = kl_lane_load(lift->press_N, g);
-        KL_LANE(axle->rail.resist, g) = kl_lane_load(lift->resist_Ns_m, g);
+        const kl_lane resist = kl_lane_load(lift->resist_Ns_m, g);
+        const kl_lane inertia = kl_lane_load(lift->inertia_kg, g);
+        KL_LANE(axle->rail.press, g) =
+            ((kl_lane_load(lift->press_N, g) - resist * kl_lane_load(lift->slip_m_s, g)) +
+             kl_lane_load(lift->trend_N, g)) -
+            kl_lane_at_most(blow, kl_lane_all(KL_R(0)));
+        KL_LANE(axle->rail.resist, g) = resist;
         KL_LANE(axle->rail.inertia, g) = kl_lane_at_least(inertia, kl_lane_all(KL_R(0)));
         KL_LANE(axle->rail.behind, g) =
-            kl_lane_positive_or_0(-inertia, kl_lane_all(KL_R(1) - axle->settles));
+            kl_lane_positive_or_0(-inertia, kl_lane_all(KL_R(1) - follows));
         KL_LANE(axle->rise, g) = kl_lane_at_least(rise, kl_lane_all(KL_R(0)));
         KL_LANE(axle->up, g) = up;
         KL_LANE(axle->rise_rate, g) = up * rate;
-        /* who comes down on the rail is stopped */
-        KL_LANE(axle->landing, g) = ((up - kl_lane_all(KL_R(1))) * rate) * (inv_h * axle->settles);
+        KL_LANE(axle->rise_mean, g) = up * mean;
+        KL_LANE(axle->closing, g) = closing;
+        KL_LANE(axle->lands, g) = kl_lane_positive_or_0(before, one - up);
     }
 }
 
@@ -155,27 +176,36 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
         const kl_lane press = KL_LANE(forces->contacts.press, g);
         const kl_lane tangent = KL_LANE(axle->sin_delta, g) * KL_LANE(axle->inv_cos, g);
-        const kl_lane inertia = steps * (KL_LANE(weight, g) * (tangent * press));
+        const kl_lane push = KL_LANE(weight, g) * press;
+        const kl_lane inertia = KL_R(SURE_INERTIA) * (push * tangent);
         const kl_lane resist = by * KL_LANE(tread->reduction, g) * KL_LANE(tread->f22_N, g);
         const kl_lane slip =
             (KL_LANE(axle->outboard_rate, g) - sign * ahead) - KL_LANE(axle->rail.rate, g);
-        const kl_lane slip_rate =
-            (KL_R(1) - KL_LANE(axle->rail.held, g)) *
-            ((KL_LANE(axle->outboard_rest, g) + sign * axle->rate[KL_WS_Y_RATE]) -
-             KL_LANE(axle->rail.acceleration, g));
+        const kl_lane free = KL_R(1) - KL_LANE(axle->rail.held, g);
         /* without the blow of a landing; of a wheel that comes off, what would hold it */
-        const kl_lane blow = KL_LANE(weight, g) * KL_LANE(lifting->acceleration, g);
+        const kl_lane off = KL_R(1) - KL_LANE(lifting->on, g);
+        const kl_lane climb =
+            KL_LANE(lifting->acceleration, g) - (off * KL_LANE(axle->kick, g)) * axle->inv_step;
+        const kl_lane blow = KL_LANE(weight, g) * climb;
         const kl_lane explicit = limited
                                      ? kl_lane_all(KL_R(0))
                                      : sign * (KL_LANE(tread->t2, g) * KL_LANE(axle->cos_delta, g));
         const kl_lane aside = press * (KL_LANE(tread->normal, g) - blow) - explicit;
         const kl_lane over = aside - rest * kl_lane_load(pair->central_tan, g);
-        kl_lane_store(lift->press_N, g,
-                      pair->gives *
-                          (over - (resist * slip +
-                                   kl_lane_at_least(inertia, kl_lane_all(KL_R(0))) * slip_rate)));
-        kl_lane_store(lift->resist_Ns_m, g, pair->gives * resist);
-        kl_lane_store(lift->inertia_kg, g, pair->gives * inertia);
+        const kl_lane pressed = over + (free * kl_lane_at_least(inertia, kl_lane_all(KL_R(0)))) *
+                                           KL_LANE(axle->rail.acceleration, g);
+        /* on its rail by itself it goes on as it went */
+        const kl_lane before = kl_lane_load(lift->press_N, g);
+        const kl_lane grown =
+            (pressed - before) - resist * (slip - kl_lane_load(lift->slip_m_s, g));
+        const kl_lane trend = kl_lane_load(lift->trend_N, g);
+        const kl_lane goes_on = steps * (free * (KL_R(1) - KL_LANE(axle->up, g)));
+        kl_lane_store(lift->press_N, g, pressed);
+        kl_lane_store(lift->slip_m_s, g, slip);
+        kl_lane_store(lift->trend_N, g, goes_on * (trend + axle->settles * (grown - trend)));
+        kl_lane_store(lift->resist_Ns_m, g, resist);
+        kl_lane_store(lift->inertia_kg, g, inertia);
+        kl_lane_store(lift->push_kg, g, push);
         kl_lane_store(lift->slope, g, KL_LANE(axle->slope, g));
         kl_lane_store(lift->path_m_s, g, KL_LANE(axle->path_rate, g));
         kl_lane_store(lift->short_m, g, KL_LANE(axle->shortens, g));
@@ -198,12 +228,22 @@ void kl_axle_keep(const struct kl_pair *restrict pair, const struct kl_wheelset 
             const kl_lane creep = KL_LANE(forces->flange.reduction, g) *
                                   KL_LANE(forces->flange.f22_N, g) * (inv_sin * inv_sin);
             const kl_lane z = (h * by) * creep / KL_LANE(weight, g);
-            const kl_lane before = kl_lane_load(lift->rate_m_s, g);
-            const kl_lane rate = before + h * KL_LANE(lifting->acceleration, g) / (KL_R(1) + z);
-            kl_lane_store(lift->rise_m, g, KL_LANE(axle->rise, g));
-            kl_lane_store(
-                lift->rate_m_s, g,
-                kl_lane_if_0(KL_LANE(lifting->on, g), rate, before - axle->settles * before));
+            const kl_lane up = KL_LANE(axle->up, g);
+            const kl_lane off = KL_R(1) - KL_LANE(lifting->on, g);
+            const kl_lane kick = KL_LANE(axle->kick, g);
+            const kl_lane closing = KL_LANE(axle->closing, g);
+            const kl_lane gain = (h * KL_LANE(lifting->acceleration, g) - kick) / (KL_R(1) + z);
+            const kl_lane half = KL_R(0.5) * gain;
+            /* in the air by the mean of both its accelerations; who comes off has done so all the step */
+            const kl_lane mean = (KL_LANE(axle->rise_mean, g) + half) + (closing + kick);
+            const kl_lane leaves = off * (KL_R(1) - up);
+            kl_lane_store(lift->rise_m, g,
+                          KL_LANE(axle->rise, g) +
+                              h * (leaves * kl_lane_at_least(mean, kl_lane_all(KL_R(0)))));
+            kl_lane_store(lift->rate_m_s, g,
+                          kl_lane_if_0(KL_LANE(lifting->on, g), mean + leaves * half,
+                                       closing - axle->settles * closing));
+            kl_lane_store(lift->faster_m_s, g, off * gain);
         }
     }
 }

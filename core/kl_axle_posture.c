@@ -93,25 +93,31 @@ static void carry_rails(const struct kl_pair *restrict pair, kl_real rest_N, kl_
                         kl_real speed_m_s, struct kl_axle *restrict axle) {
     struct kl_rail *rail = &axle->rail;
     const kl_real k = pair->flange_stiffness_N_m;
+    const kl_real c = pair->flange_damping_Ns_m;
     const kl_lane least = kl_lane_all(step_s * k + KL_R(1));
-    const kl_real own = pair->flange_damping_Ns_m + axle->step * k;
     const kl_real ahead = speed_m_s * axle->x[KL_WS_YAW];
+    const kl_lane none = kl_lane_all(KL_R(0));
+    const kl_lane half = kl_lane_all(KL_R(0.5) * axle->step);
     KL_EACH_LANE(g) {
         const kl_lane sign = kl_lane_of(KL_R(1), KL_R(-1), g);
+        const kl_lane begin = kl_lane_if_0(KL_LANE(axle->flange.normal, g), half, none);
+        const kl_lane end = axle->step - begin;
+        const kl_lane start = KL_LANE(rail->start, g) + begin * KL_LANE(rail->start_rate, g);
+        const kl_lane own = c + end * k;
         const kl_lane inertia = KL_LANE(rail->inertia, g) * axle->inv_step;
         const kl_lane resist = KL_LANE(rail->resist, g);
         const kl_lane wheel = KL_LANE(axle->outboard_rate, g);
-        const kl_lane spring = k * KL_LANE(rail->start, g);
+        const kl_lane spring = k * start;
         const kl_lane press = (KL_LANE(rail->press, g) + resist * (wheel - sign * ahead)) +
-                              inertia * (wheel - KL_LANE(axle->path_rate_before, g));
+                              inertia * KL_LANE(rail->start_rate, g);
         const kl_lane with = (press - spring) / kl_lane_at_least((own + resist) + inertia, least);
-        const kl_lane without = -(spring + rest_N * kl_lane_load(pair->central_tan, g)) /
-                                kl_lane_at_least(kl_lane_all(own), least);
-        const kl_lane more = kl_lane_at_least(without - with, kl_lane_all(KL_R(0)));
+        const kl_lane without =
+            -(spring + rest_N * kl_lane_load(pair->central_tan, g)) / kl_lane_at_least(own, least);
+        const kl_lane more = kl_lane_at_least(without - with, none);
         const kl_lane pressed = with + kl_lane_positive_or_0(inertia, more);
         const kl_lane rate = pressed + KL_LANE(axle->up, g) * (without - pressed);
         KL_LANE(rail->rate, g) = pair->gives * rate;
-        KL_LANE(rail->q, g) = KL_LANE(rail->start, g) + axle->step * KL_LANE(rail->rate, g);
+        KL_LANE(rail->q, g) = start + end * KL_LANE(rail->rate, g);
     }
 }
 
@@ -123,12 +129,24 @@ static void carry_rails(const struct kl_pair *restrict pair, kl_real rest_N, kl_
  * the two agree, and it is the bend itself.
  */
 #define BEND_ABOUT_M_S2 10.0
-static inline kl_lane bend(const struct kl_axle *axle, kl_lane slope, kl_lane second, int g) {
-    const int steps = axle->inv_step > KL_R(0);
-    const kl_lane about = kl_lane_all(steps ? KL_R(BEND_ABOUT_M_S2) : KL_R(1e30));
+static inline kl_lane bend(struct kl_axle *axle, kl_real lever, kl_lane slope, kl_lane second,
+                           int g) {
+    const kl_real near = axle->inv_step > KL_R(0) ? KL_R(BEND_ABOUT_M_S2) : KL_R(1e30);
+    const kl_lane one = kl_lane_all(KL_R(1));
     const kl_lane rate = KL_LANE(axle->path_rate, g);
-    const kl_lane mean = (slope - KL_LANE(axle->slope_before, g)) *
-                         (KL_LANE(axle->path_rate_before, g) * axle->inv_step);
+    const kl_lane before = KL_LANE(axle->path_rate_before, g);
+    const kl_lane lands = KL_LANE(axle->lands, g);
+    const kl_lane steeper = slope - KL_LANE(axle->slope_before, g);
+    const kl_lane change = steeper * before;
+    /* who lands is stopped on the slope there, and rolls the axle no more about the other wheel */
+    const kl_lane fall = KL_LANE(axle->closing, g);
+    const kl_lane closing = fall + (lands * steeper) * (before - lever * fall);
+    const kl_lane jumps = kl_lane_at_least(KL_LANE(axle->rail.held, g), KL_LANE(axle->up, g));
+    KL_LANE(axle->closing, g) = closing;
+    KL_LANE(axle->landing, g) = -(closing * (axle->inv_step * axle->settles));
+    KL_LANE(axle->kick, g) = jumps * change;
+    const kl_lane about = (one - jumps) * near;
+    const kl_lane mean = (change - lands * change) * axle->inv_step;
     const kl_lane here = second * (rate * rate);
     (void)g;
     return kl_lane_min(kl_lane_max(here, mean - about), mean + about);
@@ -160,7 +178,7 @@ static void follow_paths(const struct kl_pair *restrict pair, struct kl_axle *ax
         KL_LANE(axle->path_rate, g) = rate;
         KL_LANE(ride->rate, g) = slope * rate;
         KL_LANE(ride->rest, g) =
-            bend(axle, slope, part * KL_LANE(ride->second, g), g) +
+            bend(axle, lever, slope, part * KL_LANE(ride->second, g), g) +
             slope * (KL_LANE(axle->outboard_rest, g) - KL_LANE(rail->acceleration, g));
         KL_LANE(axle->height_rate, g) = KL_LANE(ride->rate, g) - KL_LANE(axle->rise_rate, g);
     }

@@ -75,10 +75,10 @@ static kl_real *word_at(struct kl_state *state, uint32_t i) {
     }
     const uint32_t k = i - 2u * n;
     struct kl_lift *lift = &state->lift[k / LIFT_WORDS];
-    kl_real *const field[KL_LIFT_FIELDS] = {lift->rise_m,     lift->rate_m_s, lift->normal_N,
-                                            lift->expected_N, lift->flange_N, lift->slope,
-                                            lift->path_m_s,   lift->press_N,  lift->resist_Ns_m,
-                                            lift->inertia_kg, lift->short_m};
+    kl_real *const field[KL_LIFT_FIELDS] = {
+        lift->rise_m,   lift->rate_m_s,    lift->faster_m_s, lift->normal_N, lift->expected_N,
+        lift->flange_N, lift->slope,       lift->path_m_s,   lift->press_N,  lift->slip_m_s,
+        lift->trend_N,  lift->resist_Ns_m, lift->inertia_kg, lift->push_kg,  lift->short_m};
     return &field[k % LIFT_WORDS / KL_SIDES][k % KL_SIDES];
 }
 
@@ -90,9 +90,9 @@ static kl_real value_at(const struct kl_state *state, uint32_t i) {
     const uint32_t k = i - 2u * n;
     const struct kl_lift *lift = &state->lift[k / LIFT_WORDS];
     const kl_real *const field[KL_LIFT_FIELDS] = {
-        lift->rise_m,      lift->rate_m_s,   lift->normal_N, lift->expected_N,
-        lift->flange_N,    lift->slope,      lift->path_m_s, lift->press_N,
-        lift->resist_Ns_m, lift->inertia_kg, lift->short_m};
+        lift->rise_m,   lift->rate_m_s,    lift->faster_m_s, lift->normal_N, lift->expected_N,
+        lift->flange_N, lift->slope,       lift->path_m_s,   lift->press_N,  lift->slip_m_s,
+        lift->trend_N,  lift->resist_Ns_m, lift->inertia_kg, lift->push_kg,  lift->short_m};
     return field[k % LIFT_WORDS / KL_SIDES][k % KL_SIDES];
 }
 

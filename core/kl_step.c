@@ -82,7 +82,9 @@ static void rest_rails(const struct kl_model *model, struct kl_state *state, str
             const int32_t right = kl_rail_state_index(model, w, KL_RIGHT);
             const struct kl_pair *pair = &model->pairs[model->wheelsets[w].pair];
             for (int s = 0; s < KL_SIDES && right >= 0; s++) {
-                state->x[right + s] = state->lift[w].press_N[s] / pair->flange_stiffness_N_m;
+                const struct kl_lift *lift = &state->lift[w];
+                const kl_real press = lift->press_N[s] - lift->resist_Ns_m[s] * lift->slip_m_s[s];
+                state->x[right + s] = press / pair->flange_stiffness_N_m;
             }
         }
         kl_refresh(model, state, work);
@@ -378,7 +380,12 @@ void kl_refresh(const struct kl_model *model, struct kl_state *state, struct kl_
     for (uint32_t w = 0; w < model->n_wheelsets; w++) { /* a flange does not stand in its rail */
         const int32_t right = kl_rail_state_index(model, w, KL_RIGHT);
         for (int s = 0; s < KL_SIDES && right >= 0; s++) {
-            state->x[right + s] = e->axle[w].rail.q[s];
+            const kl_real back = e->axle[w].rail.q[s] - state->x[right + s];
+            const kl_real slower = back / model->step_s;
+            state->x[right + s] += back;
+            state->rate[right + s] -= slower;
+            state->lift[w].path_m_s[s] += slower;
+            state->lift[w].slip_m_s[s] += slower;
         }
     }
     const uint32_t first = kl_wheelset_states(model);

@@ -53,6 +53,7 @@ struct kl_lift {
         rise_m[KL_SIDES]; /* of the tread off the rail, >= 0: 0 in ordinary running, above while a
                                  wheel jumps or its flange climbs */
     kl_real rate_m_s[KL_SIDES];   /* of the rise; in contact what a landing has left of it, <= 0 */
+    kl_real faster_m_s[KL_SIDES]; /* by how much that grows in a step, off the rail */
     kl_real normal_N[KL_SIDES];   /* of the tread in the last step */
     kl_real expected_N[KL_SIDES]; /* in the next one, if it goes on like that */
     kl_real flange_N[KL_SIDES];   /* normal force of the flange in the last step */
@@ -60,14 +61,17 @@ struct kl_lift {
     kl_real path_m_s[KL_SIDES];   /* and how fast it moved along, outboard over its rail */
     /* the tread presses its rail outboard with a force, over what it does at rest, that falls by
      * resist with the rail's velocity relative to the rolling wheel and by inertia with its
-     * acceleration relative to it; where it rises by that, inertia is negative */
-    kl_real press_N[KL_SIDES]; /* without either */
+     * acceleration; where it rises by that, inertia is negative */
+    kl_real press_N[KL_SIDES];  /* without the acceleration */
+    kl_real slip_m_s[KL_SIDES]; /* that relative velocity, outboard of the wheel */
+    kl_real trend_N[KL_SIDES];  /* by how much press_N, but for the slip, grows in a step */
     kl_real resist_Ns_m[KL_SIDES];
     kl_real inertia_kg[KL_SIDES];
+    kl_real push_kg[KL_SIDES]; /* by which it grows with an upward acceleration of the wheel */
     kl_real short_m[KL_SIDES]; /* where the flange held the rail: how far before the end of its path
                                   the tread stood, >= 0; else 0 */
 };
-#define KL_LIFT_FIELDS 11 /* of KL_SIDES reals each, nothing else */
+#define KL_LIFT_FIELDS 15 /* of KL_SIDES reals each, nothing else */
 
 /* Plain data without pointers: a copy is a snapshot. */
 struct kl_state {
@@ -173,7 +177,7 @@ struct kl_output {
  * threads need two.
  */
 #define KL_WORK_REALS                                                                              \
-    (32u + 40u * KL_MAX_BODIES + 356u * KL_MAX_WHEELSETS + 2u * KL_MAX_SLIPS + KL_MAX_ACTUATORS)
+    (32u + 40u * KL_MAX_BODIES + 376u * KL_MAX_WHEELSETS + 2u * KL_MAX_SLIPS + KL_MAX_ACTUATORS)
 struct kl_work {
     KL_ALIGN(16) kl_real room[KL_WORK_REALS];
 };

@@ -143,7 +143,7 @@ void run_record_hold_text(const struct run_record *record, char *text, size_t si
 void run_csv_header(FILE *file, const struct kl_model *model) {
     static const char *const wheelset_column[] = {
         "y_m", "yaw_rad", "z_m", "roll_rad", "spin_rad_s", "y_acc_m_s2", "sum_of_Y_N", "track_y_m"};
-    static const char *const wheel_column[] = {"Q_N",       "Y_N",      "T1_N",          "T2_N",
+    static const char *const wheel_column[] = {"Q_N",       "Y_N",      "T1_N",   "T2_N",
                                                "delta_rad", "flange_N", "rail_m", "rise_m"};
     fprintf(file, "time_s,s_m,speed_m_s,curvature_1_m,cant_rad,faults");
     for (uint32_t b = 0; b < model->n_bodies; b++) {
