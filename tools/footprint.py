@@ -24,7 +24,7 @@ import subprocess
 import sys
 
 from stack_paths import Graph, Refused
-from targets import ROOT, STRICT, TARGETS, WARN, Target
+from targets import ROOT, STRICT, TARGETS, TOGETHER, WARN, Target
 
 COLUMNS = [("x86-64", "-O2"), ("aarch64", "-O2"), ("riscv64", "-O2"), ("cortex-m7", "-O2"), ("cortex-m7", "-Os"),
            ("cortex-m4", "-O2"), ("cortex-m3", "-O2")]
@@ -198,7 +198,7 @@ def count_steps(vehicle: pathlib.Path, klingel: pathlib.Path, out: pathlib.Path)
     run([str(klingel), "build", str(vehicle), "models/demo_track.yaml", "--name", "count_model", "-o",
          str(folder / "model.c")])
     program = folder / "count_steps"
-    run([*flags(target, FIRMWARE[1]), "-DMODEL=count_model", *target.link, *sources("core"), str(folder / "model.c"),
+    run([*flags(target, FIRMWARE[1]), *TOGETHER, "-DMODEL=count_model", *target.link, *sources("core"), str(folder / "model.c"),
          "tests/target/count_steps.c", *target.start, "-o", str(program)])
     told = []
     command = target.command(program, [], ["-icount", "shift=6,sleep=off"])

@@ -36,6 +36,9 @@ class Target:
 # gcc's scheduling before it gives out registers, and what it moves out of branches, only make it spill doubles there
 SPARE_REGISTERS = "-fno-schedule-insns -fno-tree-pre".split()
 
+# how the firmware is linked: the many small functions of a step together
+TOGETHER = ["-flto"]
+
 
 def _cortex(name: str, machine: str, flags: str) -> Target:
     # enums are as short as can be there: checks for a negative one are always false, and right elsewhere

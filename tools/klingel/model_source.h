@@ -40,7 +40,7 @@ struct model_parts {
     size_t n_set;
     struct model_block *blocks;
     struct creep_file *creep_table; /* NULL unless a law reads it */
-    struct model_child *child; /* of a train, in its order */
+    struct model_child *child;      /* of a train, in its order */
     uint32_t n_children;
     uint32_t own_element; /* the first element and linkage that are the train's own */
     uint32_t own_linkage;
