@@ -7,8 +7,9 @@
  * How long a blow takes. Rigid wheels on rails without mass know no such time: a shorter step would
  * only make blows higher, and where creep draws a rail to its wheel by more than the tread's slope
  * presses it away, the wheel's own inertia would drive the rail on, with no solution in the end. In
- * truth the contact yields, within about a millisecond. So a wheel that comes down is stopped, and
- * one that is drawn along follows its rail, over this time; steps as long or longer do all of it.
+ * truth the contact yields, within about a millisecond. So a wheel that comes down is stopped over this
+ * time, and one that is drawn along follows its rail over a tenth of it; steps as long or longer do
+ * all of it.
  */
 #define BLOWS_1_S 1000.0
 #define FOLLOWS_1_S 10000.0

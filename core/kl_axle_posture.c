@@ -126,7 +126,8 @@ static void carry_rails(const struct kl_pair *restrict pair, kl_real rest_N, kl_
  * less than a step, and the bend just where the step ends is then a lottery: a blow of many times
  * the right size, or none. So it is kept near the mean over the step, which the slopes at both its
  * ends give; then the change of velocity is right whatever lies between. Where the path is smooth
- * the two agree, and it is the bend itself.
+ * the two agree, and it is the bend itself. A tread that the flange takes off its path, or that is in
+ * the air, is kicked by all of that change; one that lands is stopped instead.
  */
 #define BEND_ABOUT_M_S2 10.0
 static inline kl_lane bend(struct kl_axle *axle, kl_real lever, kl_lane slope, kl_lane second,
