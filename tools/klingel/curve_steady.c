@@ -59,33 +59,6 @@ struct way {
     struct modes_steady try; /* the result of the last try */
 };
 
-/* Whether anything but wheels holds the vehicle up or aside. */
-static bool is_grounded(const struct cli_model *m) {
-    bool grounded = false;
-    for (uint32_t i = 0; i < m->file.vehicle.n_elements; i++) {
-        const struct kl_element_def *e = &m->file.vehicle.elements[i];
-        grounded = grounded || e->end_a == KL_GROUND_END || e->end_b == KL_GROUND_END;
-    }
-    return grounded;
-}
-
-/* At rest the wheels carry the weight; where they do not, the solver was led astray. */
-static bool is_borne(const struct cli_model *m, const struct kl_output *output) {
-    double off = 0.0;
-    double weight = 0.0;
-    for (uint32_t w = 0; w < m->model.n_wheelsets; w++) {
-        const struct kl_wheelset_output *o = &output->wheelset[w];
-        const double load = (double)m->model.wheelsets[w].static_load_N;
-        weight += load;
-        off += (double)o->q_N[KL_RIGHT] + (double)o->q_N[KL_LEFT] - load;
-    }
-    return is_grounded(m) || fabs(off) <= 0.01 * weight;
-}
-
-static bool is_sound(const struct cli_model *m, const struct kl_output *output) {
-    return off_table(&m->model, output) < 0 && is_borne(m, output);
-}
-
 static int try_at(struct curve_bench *bench, struct way *way, double share, bool quick,
                   bool *found) {
     const struct curve_case at = between(&way->from, way->to, share);
@@ -104,7 +77,8 @@ static int try_at(struct curve_bench *bench, struct way *way, double share, bool
     if (status == CLI_OK) {
         status = modes_steady(&request, &guess, &way->try);
     }
-    *found = status == CLI_OK && way->try.found && is_sound(bench->m, &way->try.output);
+    *found =
+        status == CLI_OK && way->try.found && off_table(&bench->m->model, &way->try.output) < 0;
     return status;
 }
 
@@ -191,7 +165,7 @@ static int fall_back(struct curve_bench *bench, double longest_s, struct curve_r
     }
     if (!isfinite(left)) {
         snprintf(result->why, sizeof result->why, "; simulated there it derails");
-    } else if (polished.found && is_sound(bench->m, &polished.output)) {
+    } else if (polished.found && off_table(model, &polished.output) < 0) {
         result->way = CURVE_FOUND;
         result->steady = polished;
     } else if (left < SETTLED) {
@@ -233,7 +207,10 @@ static void add_up(const struct cli_model *m, struct curve_result *r) {
     r->aside_N = -mass * aside;
     r->lateral_N = y - r->aside_N;
     r->vertical_N = q - r->weight_N;
-    r->grounded = is_grounded(m);
+    for (uint32_t i = 0; i < m->file.vehicle.n_elements; i++) {
+        const struct kl_element_def *e = &m->file.vehicle.elements[i];
+        r->grounded = r->grounded || e->end_a == KL_GROUND_END || e->end_b == KL_GROUND_END;
+    }
 }
 
 static int judge_stability(struct curve_bench *bench, struct curve_result *r) {
